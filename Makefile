@@ -1,0 +1,42 @@
+# Everything a user or CI needs; only python3 (3.11 or newer) and make are taken for granted.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: setup demo test lint types unit bench validate clean
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@# compile the control law once, so that no first run pays for it
+	$(BIN)/python -m teleop_sim.robot.warm_up
+	touch $(STAMP)
+
+demo: setup
+	$(BIN)/teleop-sim run src-dish --uplink 380bps --latency 10s --autonomy full --seed 1 --out runs
+	$(BIN)/teleop-sim report runs/src-dish_seed1.mcap
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+
+types: setup
+	$(BIN)/mypy
+
+unit: setup
+	$(BIN)/python -m pytest -n 2 -m 'not slow'
+
+test: lint types unit
+
+bench: setup
+	$(BIN)/python benchmarks/whole_run.py
+
+validate: setup
+	$(BIN)/python -m pytest -m slow
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info

@@ -1,0 +1,1 @@
+"""The link: rate, delay, blackouts, queues, messages and their codecs."""

@@ -1,0 +1,1 @@
+"""The machine: declaration, checks, executive, mirror; the tasks' machines as data."""

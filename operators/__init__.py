@@ -1,0 +1,1 @@
+"""Synthetic operators: roles, attention, belief, timing, policies."""

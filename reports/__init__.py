@@ -1,0 +1,1 @@
+"""Timelines and tables; reads logs only."""

@@ -1,0 +1,1 @@
+"""Scenarios: files, their schema, randomisation, names to objects."""

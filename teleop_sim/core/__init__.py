@@ -1,0 +1,1 @@
+"""What every layer may use: errors, units, named random streams, record types."""

@@ -1,0 +1,231 @@
+"""Everything that happens in a run, as types. One record is one message in the log.
+
+All times are simulated seconds on the one clock. ``t_s`` is when the record was written; times only grow.
+Fields are ``float``, ``int``, ``bool``, ``str`` or ``tuple[float, ...]``; the log derives its schemas from them.
+A new kind of record is one class here with ``@record("topic")``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar, dataclass_transform
+
+
+class Record:
+    """Base of all records."""
+
+    t_s: float
+
+
+Emit = Callable[[Record], None]
+"""Where a part of the simulator puts its records."""
+
+_R = TypeVar("_R", bound=type[Record])
+RECORDS: dict[str, type[Record]] = {}
+"""Topic to record type."""
+
+
+@dataclass_transform(frozen_default=True)
+def record(topic: str) -> Callable[[_R], _R]:
+    """Make a class a frozen record and register it under its topic."""
+
+    def register(cls: _R) -> _R:
+        made = dataclass(frozen=True)(cls)
+        RECORDS[topic] = made
+        return made
+
+    return register
+
+
+@record("run/started")
+class RunStarted(Record):
+    """What is run. ``scenario_toml`` is the whole scenario after overrides: enough to repeat the run."""
+
+    t_s: float
+    scenario: str
+    scenario_toml: str
+    seed: int
+    replicate: int
+    time_limit_s: float
+    versions: str
+
+
+@record("run/ended")
+class RunEnded(Record):
+    """How the run ended. A log without this record was interrupted.
+
+    ``outcome``: ``completed``, ``failed`` or ``censored`` (the time limit came first).
+    ``cause``: in words; the physical cause of a failure. ``completion_time_s`` is NaN unless completed.
+    """
+
+    t_s: float
+    outcome: str
+    cause: str
+    completion_time_s: float
+    round_trips: int
+    operator_acts: int
+
+
+@record("link/packet")
+class PacketEnded(Record):
+    """The fate of one packet, written when it is known.
+
+    ``outcome``: ``delivered``, ``dropped`` (``reason`` says why) or ``in_flight`` (the run ended first).
+    ``sent_s`` is when it was offered to the link, ``service_s`` when its first bit went out (NaN: never),
+    ``arrived_s`` when its last bit arrived (NaN: never). The waits add up to ``arrived_s - sent_s``.
+    ``text`` says what the packet meant, for readers of the log; it is not sent.
+    """
+
+    t_s: float
+    direction: str
+    packet: int
+    topic: str
+    payload_bytes: int
+    size_bits: int
+    sent_s: float
+    service_s: float
+    arrived_s: float
+    queue_s: float
+    blackout_s: float
+    serialisation_s: float
+    propagation_s: float
+    outcome: str
+    reason: str
+    text: str
+
+
+@record("link/blackout")
+class Blackout(Record):
+    """A direction of the link went dark (``dark`` true) or came back."""
+
+    t_s: float
+    direction: str
+    dark: bool
+
+
+@record("machine/transition")
+class TransitionTaken(Record):
+    """The machine at the field site left a state (or took a self-loop).
+
+    ``how``: ``autonomous`` (the guard let it pass), ``confirmed`` (suggested, then confirmed by the operator) or
+    ``forced`` (the operator commanded it). ``mode``: mode in which the visit ended, ``normal``, ``auto`` or ``manual``.
+    ``retries``: failures in this visit's row of attempts, c in the 8-tuple. ``waited_s``: time suggested before it passed.
+    """
+
+    t_s: float
+    state: str
+    event: str
+    next_state: str
+    entered_s: float
+    how: str
+    mode: str
+    retries: int
+    threshold: int
+    level: int
+    waited_s: float
+    note: str
+
+
+@record("machine/mode")
+class ModeChanged(Record):
+    """The machine's mode changed: ``normal``, ``auto``, ``manual`` or ``not_recoverable``."""
+
+    t_s: float
+    state: str
+    mode: str
+
+
+@record("machine/request")
+class Requested(Record):
+    """The field site asked the operator something: ``confirm`` a suggested event, or ``manual`` help."""
+
+    t_s: float
+    request: int
+    kind: str
+    state: str
+    event: str
+    text: str
+
+
+@record("machine/released")
+class Released(Record):
+    """What the field site did with a command that arrived. ``request`` 0: it answered none (or a stale one).
+
+    ``effect``: ``answered``, ``forced``, ``level``, ``stopped``, ``ignored``, ... One ``answered`` is one round trip.
+    """
+
+    t_s: float
+    request: int
+    command: str
+    effect: str
+    note: str
+
+
+@record("field/episode")
+class EpisodeEnded(Record):
+    """One skill, from start to rest. ``outcome`` and ``cause`` come from physics and sensors alone."""
+
+    t_s: float
+    start_s: float
+    state: str
+    skill: str
+    command: str
+    outcome: str
+    cause: str
+    physics_s: float
+
+
+@record("field/wait")
+class Waited(Record):
+    """The field site waited. ``kind``: ``pacing`` (a fixed wait or poll of the program) or ``operator``."""
+
+    t_s: float
+    start_s: float
+    state: str
+    kind: str
+    why: str
+
+
+@record("field/plant")
+class PlantSample(Record):
+    """Where everything is: pelvis x, y, z [m] and quaternion w, x, y, z; all joints [rad or m] in model order.
+
+    Joint names are in ``PlantNames``. The operator never sees these; they are for reports and replay.
+    """
+
+    t_s: float
+    pelvis: tuple[float, ...]
+    joints: tuple[float, ...]
+
+
+@record("field/plant_names")
+class PlantNames(Record):
+    """Names for the columns of ``PlantSample.joints``, separated by spaces."""
+
+    t_s: float
+    joints: str
+
+
+@record("task/score")
+class Scored(Record):
+    """The task's scorer: a checkpoint passed or an axis came in or out of tolerance."""
+
+    t_s: float
+    checkpoint: int
+    text: str
+
+
+@record("operator/act")
+class OperatorActed(Record):
+    """The operator did something. ``start_s`` to ``t_s`` it took. ``kind``: ``read``, ``decide``, ``send`` ...
+
+    ``request``: what it answers (0: nothing). ``text``: the command sent, or what was looked at.
+    """
+
+    t_s: float
+    start_s: float
+    role: str
+    kind: str
+    request: int
+    text: str

@@ -1,0 +1,1 @@
+"""The log: records to MCAP and back."""

@@ -1,0 +1,1 @@
+"""Robots: their data, kinematics, plans, skills, sensors and detectors."""

@@ -1,0 +1,163 @@
+"""What a robot can be told to do: one frozen dataclass a skill.
+
+Places are in the odometry frame: level, z up, origin and heading where the robot was switched on. Odometry is
+assumed perfect. Yaw is anticlockwise seen from above. A command is a value: equal commands on equal states with
+equal noise keys give equal episodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+Side = Literal["left", "right"]
+Vector = tuple[float, float, float]
+PlanarPose = tuple[float, float, float]
+"""x [m], y [m], yaw [rad]."""
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points in the odometry frame, (n, 3) float64 [m]; compared by identity, never changed."""
+
+    points: np.ndarray
+    origin: Vector
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+
+@dataclass(frozen=True)
+class CircularAffordance:
+    """A handle on a circle: where a hand can take it and how it moves.
+
+    Attributes:
+        centre: of the wheel, odometry frame [m].
+        axis: unit vector out of the wheel's face; the handle stands on the face.
+        zero: unit vector in the wheel's plane towards handle angle 0.
+        radius_m: of the circle on which the handle's centre moves.
+        height_m: of the handle's centre over the wheel's plane.
+        angle_rad: of the handle as last seen, anticlockwise about ``axis`` from ``zero``.
+    """
+
+    centre: Vector
+    axis: Vector
+    zero: Vector
+    radius_m: float
+    height_m: float
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Walk along planar poses; the last is the goal of the middle of the feet. Faces along the way, then turns."""
+
+    path: tuple[PlanarPose, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """Move the whole stance in the robot's own frame: side steps, strides back, a turn on the spot (in that order)."""
+
+    forward_m: float = 0.0
+    left_m: float = 0.0
+    turn_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Look:
+    """Turn the head: pitch down and yaw left, relative to the torso."""
+
+    pitch_rad: float
+    yaw_rad: float = 0.0
+    duration_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Spin the LIDAR half a turn; the episode's data is a ``Cloud``."""
+
+
+@dataclass(frozen=True)
+class Detect:
+    """Find something with the sensors.
+
+    ``stage`` ``coarse`` takes a camera image now; ``fine`` works on ``cloud`` around ``region``.
+    ``avoid`` are places already found wrong. ``visited``: where the robot has stood (finish only).
+    """
+
+    what: Literal["console", "finish"]
+    stage: Literal["coarse", "fine"]
+    region: Vector | None = None
+    cloud: Cloud | None = None
+    avoid: tuple[Vector, ...] = ()
+    visited: tuple[PlanarPose, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Bring the open hand over the handle and down to it: 7-joint arm first, then the 10-joint chain."""
+
+    side: Side
+    affordance: CircularAffordance
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Close or open a hand. Closing ends ``felt`` or ``not_felt``: a small tug tells, by the force in the hand."""
+
+    side: Side
+    close: bool
+
+
+@dataclass(frozen=True)
+class Follow:
+    """Turn the held handle until a signal of the world is at its target, or something stops it.
+
+    ``signal``: name of a status value that the task gives the robot, such as ``dish_pitch``. ``direction``: +1 is
+    anticlockwise about the affordance's axis. Ends ``reached``, ``grip_lost``, ``no_motion``, ``timed_out`` or ``no_plan``.
+    """
+
+    side: Side
+    affordance: CircularAffordance
+    direction: int
+    signal: str
+    target: float
+    tolerance: float
+    time_limit_s: float = 60.0
+
+
+@dataclass(frozen=True)
+class Release:
+    """Open the hand and draw it back off the handle along the axis, then bring the arm home."""
+
+    side: Side
+    affordance: CircularAffordance
+
+
+@dataclass(frozen=True)
+class Nudge:
+    """Move a hand by a small offset [m], in the pelvis frame: the operator's direct command."""
+
+    side: Side
+    offset: Vector
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Bring arms, torso and head to a named posture."""
+
+    name: str
+    duration_s: float = 2.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End what the body is doing: finish the step under way, then stand."""
+
+
+Command = Walk | Step | Look | Scan | Detect | Reach | Grip | Follow | Release | Nudge | Posture | Stop

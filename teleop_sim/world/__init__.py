@@ -1,0 +1,1 @@
+"""Scenes and stepping; the only importer of mujoco."""
