@@ -29,6 +29,7 @@ class Problem:
         where: place, as ``file:line:column: key`` or an option's name.
         what: what came and why it cannot be used.
         hint: what would do.
+
     """
 
     where: str

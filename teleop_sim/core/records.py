@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import TypeVar, dataclass_transform
 
 
+@dataclass(frozen=True)
 class Record:
-    """Base of all records."""
+    """Base of all records: something that happened at a simulated time."""
 
     t_s: float
 
@@ -21,16 +22,16 @@ class Record:
 Emit = Callable[[Record], None]
 """Where a part of the simulator puts its records."""
 
-_R = TypeVar("_R", bound=type[Record])
+_R = TypeVar("_R", bound=Record)
 RECORDS: dict[str, type[Record]] = {}
 """Topic to record type."""
 
 
 @dataclass_transform(frozen_default=True)
-def record(topic: str) -> Callable[[_R], _R]:
+def record(topic: str) -> Callable[[type[_R]], type[_R]]:
     """Make a class a frozen record and register it under its topic."""
 
-    def register(cls: _R) -> _R:
+    def register(cls: type[_R]) -> type[_R]:
         made = dataclass(frozen=True)(cls)
         RECORDS[topic] = made
         return made
@@ -42,7 +43,6 @@ def record(topic: str) -> Callable[[_R], _R]:
 class RunStarted(Record):
     """What is run. ``scenario_toml`` is the whole scenario after overrides: enough to repeat the run."""
 
-    t_s: float
     scenario: str
     scenario_toml: str
     seed: int
@@ -59,7 +59,6 @@ class RunEnded(Record):
     ``cause``: in words; the physical cause of a failure. ``completion_time_s`` is NaN unless completed.
     """
 
-    t_s: float
     outcome: str
     cause: str
     completion_time_s: float
@@ -77,7 +76,6 @@ class PacketEnded(Record):
     ``text`` says what the packet meant, for readers of the log; it is not sent.
     """
 
-    t_s: float
     direction: str
     packet: int
     topic: str
@@ -99,7 +97,6 @@ class PacketEnded(Record):
 class Blackout(Record):
     """A direction of the link went dark (``dark`` true) or came back."""
 
-    t_s: float
     direction: str
     dark: bool
 
@@ -113,7 +110,6 @@ class TransitionTaken(Record):
     ``retries``: failures in this visit's row of attempts, c in the 8-tuple. ``waited_s``: time suggested before it passed.
     """
 
-    t_s: float
     state: str
     event: str
     next_state: str
@@ -131,7 +127,6 @@ class TransitionTaken(Record):
 class ModeChanged(Record):
     """The machine's mode changed: ``normal``, ``auto``, ``manual`` or ``not_recoverable``."""
 
-    t_s: float
     state: str
     mode: str
 
@@ -140,7 +135,6 @@ class ModeChanged(Record):
 class Requested(Record):
     """The field site asked the operator something: ``confirm`` a suggested event, or ``manual`` help."""
 
-    t_s: float
     request: int
     kind: str
     state: str
@@ -155,7 +149,6 @@ class Released(Record):
     ``effect``: ``answered``, ``forced``, ``level``, ``stopped``, ``ignored``, ... One ``answered`` is one round trip.
     """
 
-    t_s: float
     request: int
     command: str
     effect: str
@@ -166,7 +159,6 @@ class Released(Record):
 class EpisodeEnded(Record):
     """One skill, from start to rest. ``outcome`` and ``cause`` come from physics and sensors alone."""
 
-    t_s: float
     start_s: float
     state: str
     skill: str
@@ -180,7 +172,6 @@ class EpisodeEnded(Record):
 class Waited(Record):
     """The field site waited. ``kind``: ``pacing`` (a fixed wait or poll of the program) or ``operator``."""
 
-    t_s: float
     start_s: float
     state: str
     kind: str
@@ -194,7 +185,6 @@ class PlantSample(Record):
     Joint names are in ``PlantNames``. The operator never sees these; they are for reports and replay.
     """
 
-    t_s: float
     pelvis: tuple[float, ...]
     joints: tuple[float, ...]
 
@@ -203,7 +193,6 @@ class PlantSample(Record):
 class PlantNames(Record):
     """Names for the columns of ``PlantSample.joints``, separated by spaces."""
 
-    t_s: float
     joints: str
 
 
@@ -211,7 +200,6 @@ class PlantNames(Record):
 class Scored(Record):
     """The task's scorer: a checkpoint passed or an axis came in or out of tolerance."""
 
-    t_s: float
     checkpoint: int
     text: str
 
@@ -223,7 +211,6 @@ class OperatorActed(Record):
     ``request``: what it answers (0: nothing). ``text``: the command sent, or what was looked at.
     """
 
-    t_s: float
     start_s: float
     role: str
     kind: str

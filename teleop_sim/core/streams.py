@@ -20,5 +20,6 @@ def stream(seed: int, replicate: int, name: str) -> np.random.Generator:
         name: dotted purpose, such as ``"operator.timing"``.
 
     Source: ``numpy.random.SeedSequence`` guarantees independence of streams with different keys.
+
     """
     return np.random.default_rng(np.random.SeedSequence([seed, replicate, crc32(name.encode())]))

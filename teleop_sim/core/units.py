@@ -22,6 +22,7 @@ def parse_rate_bps(text: str, where: str) -> float:
 
     Raises:
         BadInput: no number, no or an unknown unit, or a rate that is not above zero.
+
     """
     value = _parse(text, where, RATE_UNITS, "a rate with its unit, such as 380bps, 4kbps or 0.38Mbps")
     if value <= 0.0:
@@ -34,6 +35,7 @@ def parse_time_s(text: str, where: str) -> float:
 
     Raises:
         BadInput: no number, no or an unknown unit, or a negative time.
+
     """
     value = _parse(text, where, TIME_UNITS, "a time with its unit, such as 10s, 250ms or 3min")
     if value < 0.0:

@@ -42,6 +42,7 @@ class CircularAffordance:
         radius_m: of the circle on which the handle's centre moves.
         height_m: of the handle's centre over the wheel's plane.
         angle_rad: of the handle as last seen, anticlockwise about ``axis`` from ``zero``.
+
     """
 
     centre: Vector

@@ -1,0 +1,60 @@
+"""What a program may yield, and what it gets back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from teleop_sim.robot.commands import Command
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Let time pass. The reply is None."""
+
+    seconds: float
+    why: str
+
+
+@dataclass(frozen=True)
+class AskStatus:
+    """Read the task's status message: the reply is a mapping of names to numbers (empty before it is sent)."""
+
+
+@dataclass(frozen=True)
+class Say:
+    """Send the operator a line of the state log. The reply is None."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Show:
+    """Send the operator a camera image. The reply is None."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What came of a command: the episode's outcome and cause, what the sensors made of it, and how long it took."""
+
+    outcome: str
+    cause: str
+    data: Any
+    duration_s: float
+
+
+Step = Command | Wait | AskStatus | Say | Show
+Answer = Reply | Mapping[str, float] | None
+Program = Generator[Step, Any, str]
+"""Yields steps, receives their replies, returns the event of its state."""
+
+
+@dataclass
+class Memory:
+    """What the field computer remembers between states: the keys of the machine's data flow."""
+
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+ProgramOf = Callable[[Memory], Program]
