@@ -1,0 +1,187 @@
+"""A robot's body as plain numbers: links, joints, frames, soles. No physics here.
+
+The JSON files in ``teleop_sim/robot`` hold them with their sources; joints and links keep their published names, and
+everything else finds them by name, because MuJoCo, Pinocchio and each robot order and sign joints differently.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid link. ``inertia``: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, link axes [kg m^2]."""
+
+    name: str
+    mass_kg: float
+    com_m: Vector
+    inertia: tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A hinge from ``parent`` to ``child``; origin in the parent's frame, roll-pitch-yaw about fixed axes [rad]."""
+
+    name: str
+    parent: str
+    child: str
+    xyz_m: Vector
+    rpy_rad: Vector
+    axis: Vector
+    lower_rad: float
+    upper_rad: float
+    effort_nm: float
+    velocity_rad_s: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A named place fixed to a link, such as a camera."""
+
+    name: str
+    parent: str
+    xyz_m: Vector
+    rpy_rad: Vector
+
+
+@dataclass(frozen=True)
+class Sole:
+    """The box under each foot: size and centre in the foot's frame [m]."""
+
+    left: str
+    right: str
+    size_m: Vector
+    centre_m: Vector
+
+
+@dataclass(frozen=True)
+class Description:
+    """A whole robot; joints are listed parents first."""
+
+    name: str
+    root: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    frames: tuple[Frame, ...]
+    sole: Sole
+
+    def link(self, name: str) -> Link:
+        """The link of that name."""
+        return next(link for link in self.links if link.name == name)
+
+    def joint(self, name: str) -> Joint:
+        """The joint of that name."""
+        return next(joint for joint in self.joints if joint.name == name)
+
+    def children(self, link: str) -> tuple[Joint, ...]:
+        """Joints that hang from a link, in file order."""
+        return tuple(joint for joint in self.joints if joint.parent == link)
+
+    def depth_first(self) -> Iterator[Joint]:
+        """Joints in the order in which MuJoCo numbers them."""
+        stack = list(reversed(self.children(self.root)))
+        while stack:
+            joint = stack.pop()
+            yield joint
+            stack.extend(reversed(self.children(joint.child)))
+
+
+def load_description(path: Path) -> Description:
+    """Read a robot's JSON file. A limit that the source leaves out (effort) becomes 10 N m (assumed)."""
+    raw = json.loads(path.read_text(encoding="utf-8"))
+    foot = raw["foot"]
+    return Description(
+        name=raw["name"],
+        root=raw["root"],
+        links=tuple(Link(x["name"], x["mass"], _vector(x["com"]), tuple(x["inertia"])) for x in raw["links"]),
+        joints=tuple(_joint(x) for x in raw["joints"]),
+        frames=tuple(Frame(x["name"], x["parent"], _vector(x["xyz"]), _vector(x["rpy"])) for x in raw["frames"]),
+        sole=Sole(
+            foot["left"], foot["right"], _vector(foot["sole_box_size"]), _vector(foot["sole_box_centre_in_foot"])
+        ),
+    )
+
+
+def _joint(raw: dict[str, object]) -> Joint:
+    def number(key: str) -> float:
+        return float(raw[key] or 10.0) if key == "effort" else float(raw[key])  # type: ignore[arg-type]
+
+    return Joint(
+        name=str(raw["name"]),
+        parent=str(raw["parent"]),
+        child=str(raw["child"]),
+        xyz_m=_vector(raw["xyz"]),
+        rpy_rad=_vector(raw["rpy"]),
+        axis=_vector(raw["axis"]),
+        lower_rad=number("lower"),
+        upper_rad=number("upper"),
+        effort_nm=number("effort"),
+        velocity_rad_s=number("velocity"),
+    )
+
+
+def _vector(raw: object) -> Vector:
+    x, y, z = np.asarray(raw, float)
+    return float(x), float(y), float(z)
+
+
+def rotation_rpy(rpy_rad: Vector) -> np.ndarray:
+    """Rotation matrix (3, 3) of roll, pitch, yaw about fixed x, y, z axes (URDF's convention)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy_rad), np.sin(rpy_rad)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def inertia_matrix(link: Link) -> np.ndarray:
+    """The (3, 3) matrix of ``link.inertia``."""
+    xx, xy, xz, yy, yz, zz = link.inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def without(description: Description, pattern: str) -> Description:
+    """Fold every link whose name matches ``pattern`` into what carries it, at joint angle zero.
+
+    Mass, centre of mass and inertia are kept (parallel-axis theorem); frames on folded links are dropped.
+    """
+    gone = re.compile(pattern)
+    links = {link.name: link for link in description.links}
+    for joint in reversed(list(description.depth_first())):
+        if gone.search(joint.child):
+            links[joint.parent] = _merged(links[joint.parent], links.pop(joint.child), joint)
+    return replace(
+        description,
+        links=tuple(links.values()),
+        joints=tuple(j for j in description.joints if j.child in links),
+        frames=tuple(f for f in description.frames if f.parent in links),
+    )
+
+
+def _merged(parent: Link, child: Link, joint: Joint) -> Link:
+    R = rotation_rpy(joint.rpy_rad)
+    com_child = np.array(joint.xyz_m) + R @ np.array(child.com_m)
+    mass = parent.mass_kg + child.mass_kg
+    com = (parent.mass_kg * np.array(parent.com_m) + child.mass_kg * com_child) / mass
+
+    def shifted(inertia: np.ndarray, mass_kg: float, at: np.ndarray) -> np.ndarray:
+        d = at - com
+        moved: np.ndarray = inertia + mass_kg * (d @ d * np.eye(3) - np.outer(d, d))
+        return moved
+
+    both = shifted(inertia_matrix(parent), parent.mass_kg, np.array(parent.com_m))
+    both = both + shifted(R @ inertia_matrix(child) @ R.T, child.mass_kg, com_child)
+    six = (both[0, 0], both[0, 1], both[0, 2], both[1, 1], both[1, 2], both[2, 2])
+    return Link(parent.name, mass, _vector(com), tuple(float(x) for x in six))  # type: ignore[arg-type]
