@@ -1,0 +1,92 @@
+"""The head's spinning LIDAR: a fan of 270 degrees in a plane through the forward axis, which rolls about that axis.
+
+Modelled: fan, spindle, range limits, range noise.
+Not modelled: motion of the head while it spins, mixed points at edges, dark or shiny surfaces, intensity, beam width.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from teleop_sim.robot.commands import Vector
+from teleop_sim.robot.perception.rays import Bools, Floats, Rays, SensorPose
+
+# openhumanoids/val_description @5257ff7, multisense_sl.urdf (Hokuyo UTM-30LX-EW).
+SCAN_RATE_HZ: Final = 40.0
+SAMPLES: Final = 1081
+FAN_RAD: Final = np.radians(270.0)
+RANGE_M: Final = (0.1, 30.0)
+NOISE_SD_M: Final = 0.01
+# WPI-Humanoid-Robotics-Lab/SpaceRoboticsChallenge @ea36ad7: init.py sets the spindle's speed.
+SPINDLE_RAD_S: Final = 0.8
+HALF_TURN_S: Final = np.pi / SPINDLE_RAD_S
+"""Half a turn covers everything, because the fan reaches to both sides of the axis."""
+
+SCANS: Final = round(HALF_TURN_S * SCAN_RATE_HZ)
+REGION_RADIUS_M: Final = 0.75  # the console's wheels and face fit into it
+THIN: Final = 4
+NEAR_AXIS_RAD: Final = np.radians(30.0)
+
+
+@lru_cache(maxsize=1)
+def half_turn_directions() -> Floats:
+    """Unit directions of half a turn: (SCANS * SAMPLES, 3), scan by scan, forward, left, up; read-only."""
+    roll = np.arange(SCANS) * (SPINDLE_RAD_S / SCAN_RATE_HZ)
+    fan = np.linspace(-FAN_RAD / 2.0, FAN_RAD / 2.0, SAMPLES)
+    s, a = np.meshgrid(roll, fan, indexing="ij")
+    d = np.stack([np.cos(a), np.sin(a) * np.cos(s), np.sin(a) * np.sin(s)], axis=-1).reshape(-1, 3)
+    d.flags.writeable = False
+    return d
+
+
+@lru_cache(maxsize=1)
+def thinned() -> Bools:
+    """Which rays are kept away from a region: one in four; (SCANS * SAMPLES,), read-only.
+
+    Near the axis neighbouring scans crowd together, so there whole scans are left out; elsewhere samples of a scan.
+    """
+    fan = np.abs(np.linspace(-FAN_RAD / 2.0, FAN_RAD / 2.0, SAMPLES))
+    by_scan = (np.arange(SCANS) % THIN == 0)[:, None] & (fan < NEAR_AXIS_RAD)
+    by_sample = (np.arange(SAMPLES) % THIN == 0) & (fan >= NEAR_AXIS_RAD)
+    keep: Bools = (by_scan | by_sample).ravel()
+    keep.flags.writeable = False
+    return keep
+
+
+def half_turn(
+    rays: Rays,
+    pose: SensorPose,
+    rng: np.random.Generator,
+    region: Vector | None = None,
+) -> Floats:
+    """Points of half a turn of the spindle, which takes ``HALF_TURN_S``.
+
+    Args:
+        rays: the world, without the robot.
+        pose: of the LIDAR, at rest.
+        rng: range noise, standard deviation 1 cm; one draw a point.
+        region: where full density is wanted: all rays within 0.75 m of it are cast, and one in four elsewhere.
+            None: all rays everywhere. Leaving rays out saves computing; the robot's LIDAR would give them all.
+
+    Returns:
+        (n, 3) in the odometry frame [m].
+
+    """
+    directions = half_turn_directions() @ pose.rotation.T
+    if region is not None:
+        directions = directions[thinned() | _towards(directions, np.asarray(region) - pose.position)]
+    distance, _, _ = rays.cast(pose.position, directions, RANGE_M[1])
+    seen = distance > RANGE_M[0]
+    range_m = distance[seen] + rng.normal(0.0, NOISE_SD_M, int(seen.sum()))
+    return np.asarray(pose.position + directions[seen] * range_m[:, None])
+
+
+def _towards(directions: Floats, way: Floats) -> Bools:
+    """Which rays can pass within the region's radius of its centre."""
+    length = float(np.linalg.norm(way))
+    if length <= REGION_RADIUS_M:
+        return np.ones(len(directions), np.bool_)
+    return np.asarray(directions @ (way / length) > np.sqrt(1.0 - (REGION_RADIUS_M / length) ** 2))
