@@ -1,0 +1,111 @@
+"""Scenario files: found, read, overridden, checked; every problem of a file at once."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from teleop_sim.core.errors import BadInput, Problem
+from teleop_sim.scenarios.complaints import Reporter, keys_of, part_at
+from teleop_sim.scenarios.library import find_scenario, list_scenarios
+from teleop_sim.scenarios.reading import read_toml
+from teleop_sim.scenarios.schema import Scenario
+from teleop_sim.scenarios.writing import scenario_to_toml
+
+__all__ = ["json_schema", "list_scenarios", "load_scenario", "read_scenario", "scenario_to_toml"]
+
+_NONE: Mapping[str, Any] = {}
+
+
+def load_scenario(
+    name_or_path: str | Path, overrides: Mapping[str, object] = _NONE, labels: Mapping[str, str] = _NONE
+) -> Scenario:
+    """Load a scenario by name or path.
+
+    Args:
+        name_or_path: of one that comes with teleop-sim, or of a file.
+        overrides: dotted key to value, such as ``{"link.up.rate_bps": 380.0}``; they take the place of the file's, and
+            the number's ``*_source`` then says so.
+        labels: dotted key to what an error about its override should call it, such as ``--uplink``.
+
+    Raises:
+        BadInput: with every problem of the file and of the overrides.
+
+    """
+    path = find_scenario(str(name_or_path))
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BadInput((_not_utf8(error, path),)) from None
+    except OSError as error:
+        raise BadInput((Problem(str(path), f"cannot be read: {error.strerror}"),)) from None
+    return read_scenario(text, str(path), path.stem, overrides, labels)
+
+
+def read_scenario(
+    text: str,
+    where: str,
+    name: str = "",
+    overrides: Mapping[str, object] = _NONE,
+    labels: Mapping[str, str] = _NONE,
+) -> Scenario:
+    """Read a scenario from TOML text; ``where`` is what errors call it, ``name`` its name unless the text gives one."""
+    read = read_toml(text, where)
+    if read.values is None:
+        raise BadInput(read.problems)
+    values = _overridden(read.values, overrides, labels)
+    if name:
+        values.setdefault("name", name)
+    try:
+        scenario = Scenario.model_validate(values)
+    except ValidationError as error:
+        reporter = Reporter(where, read.places, {key: labels.get(key, key) for key in overrides})
+        # What is missing may stand on a line that could not be read.
+        details = [d for d in error.errors() if not (read.problems and d["type"] == "missing")]
+        raise BadInput(read.problems + tuple(reporter.problems(details))) from None
+    if read.problems:
+        raise BadInput(read.problems)
+    return scenario
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema of a scenario file, for editors."""
+    schema = Scenario.model_json_schema(by_alias=True)
+    # A file that gives no name is called after itself.
+    schema["required"] = [key for key in schema["required"] if key != "name"]
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _not_utf8(error: UnicodeDecodeError, path: Path) -> Problem:
+    before: bytes = error.object[: error.start]
+    line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
+    return Problem(
+        f"{path}:{line}:{column}", f"byte 0x{error.object[error.start]:02x} is not UTF-8", "Save the file as UTF-8."
+    )
+
+
+def _overridden(raw: dict[str, Any], overrides: Mapping[str, object], labels: Mapping[str, str]) -> dict[str, Any]:
+    values = copy.deepcopy(raw)
+    for dotted, value in overrides.items():
+        *tables, key = dotted.split(".")
+        table: Any = values
+        for name in tables:
+            table = table.setdefault(name, {}) if isinstance(table, dict) else None
+        if isinstance(table, dict):
+            table[key] = value
+            source = _source_key(tables, key)
+            if source is not None:
+                table[source] = f"given: {labels.get(dotted, 'override')}"
+    return values
+
+
+def _source_key(tables: Sequence[str], key: str) -> str | None:
+    """The key that says where a number is from: ``rate_source`` for ``rate_bps``."""
+    part = part_at(tuple(tables))
+    stems = (key, key.rpartition("_")[0])
+    known = () if part is None else keys_of(part)
+    return next((f"{stem}_source" for stem in stems if f"{stem}_source" in known), None)

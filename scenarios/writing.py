@@ -1,0 +1,47 @@
+"""A scenario back to TOML, one way only: equal scenarios give equal text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from teleop_sim.scenarios.schema import Scenario
+
+_ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\b": "\\b", "\f": "\\f"}
+
+
+def scenario_to_toml(scenario: Scenario) -> str:
+    """Canonical TOML with every value written out; loading it gives an equal scenario."""
+    return "\n".join(_table(scenario.model_dump(by_alias=True), ())) + "\n"
+
+
+def _table(values: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
+    lines = [f"{key} = {_value(value)}" for key, value in values.items() if not isinstance(value, dict)]
+    if path and lines:
+        lines = ["", f"[{'.'.join(path)}]", *lines]
+    for key, value in values.items():
+        if isinstance(value, dict):
+            lines += _table(value, (*path, key))
+    return lines
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, float) and math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return repr(value)
+
+
+def _string(text: str) -> str:
+    return f'"{"".join(_character(c) for c in text)}"'
+
+
+def _character(character: str) -> str:
+    if character in _ESCAPES:
+        return _ESCAPES[character]
+    control = ord(character) < 0x20 or ord(character) == 0x7F
+    return f"\\u{ord(character):04x}" if control else character
