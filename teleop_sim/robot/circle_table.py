@@ -1,0 +1,148 @@
+"""Postures for a hand that goes round a circle: one table, closed on itself, serves any number of turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, search, two_stage
+from teleop_sim.robot.commands import CircularAffordance, Side
+from teleop_sim.robot.kinematics import Kinematics
+
+POINTS = 48
+ARM_POSITION_M, ARM_AXIS_RAD = 0.005, 0.1
+"""Residuals with which the arm alone is good enough (assumed)."""
+REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
+"""Residuals above which there is no plan: measured to be what the cage still holds."""
+
+
+@dataclass(frozen=True)
+class CircleTable:
+    """Postures round a circle; row k is handle angle ``2 pi k / n`` and the last row is followed by the first.
+
+    Attributes:
+        q: (n, nq) whole configurations.
+        push: (n, nv) joint torques [N m] with which the hand pushes 1 N along the path, anticlockwise.
+        position_error_m, axis_error_rad: the worst residuals round the circle.
+        limit_margin_rad: the least distance from a joint limit.
+        seam_rad: the largest joint step between neighbouring rows, last to first included.
+        stage: ``arm`` or ``chain``.
+
+    """
+
+    q: np.ndarray
+    push: np.ndarray
+    position_error_m: float
+    axis_error_rad: float
+    limit_margin_rad: float
+    seam_rad: float
+    stage: str
+
+    @property
+    def usable(self) -> bool:
+        """Whether the hand can go all the way round."""
+        return self.position_error_m <= REFUSE_POSITION_M and self.axis_error_rad <= REFUSE_AXIS_RAD
+
+
+def handle_place(affordance: CircularAffordance, angle_rad: float, lift_m: float = 0.0) -> Target:
+    """Where the tool goes for a handle angle, lifted off along the axis."""
+    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
+    across = np.cross(axis, zero)
+    spoke = np.cos(angle_rad) * zero + np.sin(angle_rad) * across
+    hub = np.array(affordance.centre) + (affordance.height_m + lift_m) * axis
+    return Target(hub + affordance.radius_m * spoke, -axis)
+
+
+def path_direction(affordance: CircularAffordance, angle_rad: float) -> np.ndarray:
+    """Unit vector (3,) along the handle's path, anticlockwise about the axis."""
+    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
+    return np.asarray(-np.sin(angle_rad) * zero + np.cos(angle_rad) * np.cross(axis, zero))
+
+
+def angle_of(affordance: CircularAffordance, position: np.ndarray) -> float:
+    """Handle angle of the place on the circle nearest a point (3,), in (-pi, pi]."""
+    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
+    arm = np.asarray(position) - np.array(affordance.centre)
+    return float(np.arctan2(arm @ np.cross(axis, zero), arm @ zero))
+
+
+def circle_table(
+    kinematics: Kinematics,
+    side: Side,
+    stance: Stance,
+    rest: np.ndarray,
+    start: np.ndarray,
+    affordance: CircularAffordance,
+    rng: np.random.Generator,
+    points: int = POINTS,
+) -> CircleTable:
+    """Plan in two stages: the 7-joint arm alone, then, if that leaves too much, torso and arm.
+
+    ``start`` is the posture to search from at the affordance's own angle. See ``CircleTable.usable``.
+    """
+    tables = []
+    for stage, solver in two_stage(kinematics, side, stance, rest):
+        table = _go_round(solver, stage, start, affordance, rng, points)
+        if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
+            return table
+        tables.append(table)
+    return min(tables, key=lambda t: t.position_error_m + 0.1 * t.axis_error_rad)
+
+
+def _go_round(
+    solver: ChainIk,
+    stage: str,
+    start: np.ndarray,
+    affordance: CircularAffordance,
+    rng: np.random.Generator,
+    points: int,
+) -> CircleTable:
+    """Solve from row to row until the next row is the one found a lap before, or a row cannot be reached at all."""
+    targets = [handle_place(affordance, 2 * np.pi * k / points) for k in range(points)]
+    first = round(affordance.angle_rad / (2 * np.pi) * points) % points
+    found: dict[int, Solution] = {first: search(solver, start, targets[first], rng)}
+    q = found[first].q
+    for lap_step in range(1, 2 * points + 1):
+        k = (first + lap_step) % points
+        solution = solver.solve(q, targets[k], 12)
+        known = found.get(k)
+        found[k], q = solution, solution.q
+        if solution.position_error_m > 5 * REFUSE_POSITION_M:
+            break
+        if known is not None and np.abs(known.q - solution.q).max() < 2e-3:
+            break
+    return _as_table(solver, stage, [found.get(k, found[first]) for k in range(points)], targets, affordance)
+
+
+def _as_table(
+    solver: ChainIk, stage: str, rows: list[Solution], targets: list[Target], affordance: CircularAffordance
+) -> CircleTable:
+    # Judged again: a row that was never reached holds another row's posture.
+    rows = [solver.judge(row.q, target) for row, target in zip(rows, targets, strict=True)]
+    q = np.array([row.q for row in rows])
+    angles = 2 * np.pi * np.arange(len(rows)) / len(rows)
+    push = [
+        _push(solver.kinematics, solver.side, row, path_direction(affordance, a))
+        for row, a in zip(q, angles, strict=True)
+    ]
+    seam = np.abs(np.roll(q, -1, axis=0)[:, 7:] - q[:, 7:]).max()
+    return CircleTable(
+        q=q,
+        push=np.array(push),
+        position_error_m=max(row.position_error_m for row in rows),
+        axis_error_rad=max(row.axis_error_rad for row in rows),
+        limit_margin_rad=min(row.limit_margin_rad for row in rows),
+        seam_rad=float(seam),
+        stage=stage,
+    )
+
+
+def _push(kinematics: Kinematics, side: Side, q: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Joint torques (nv,) of one newton at the tool: the Jacobian's transpose."""
+    pin.computeJointJacobians(kinematics.model, kinematics.data, q)
+    pin.updateFramePlacements(kinematics.model, kinematics.data)
+    tool = kinematics.tools[side]
+    jacobian = pin.getFrameJacobian(kinematics.model, kinematics.data, tool, pin.LOCAL_WORLD_ALIGNED)
+    return np.asarray(jacobian[:3].T @ direction)
