@@ -1,0 +1,416 @@
+"""SRC task 1 as a MuJoCo scene: soil, walkway, console with two crank wheels, dish; and how its values are drawn.
+
+World frame: the robot's odometry frame; z = 0 is the walkway's surface, the soil lies at -0.1 m.
+Contacts: everything solid here has contype 1 and conaffinity 6; robot geoms have contype 2, hands contype 4 and both
+conaffinity with bit 1, so the world touches the robot and never itself. MuJoCo takes the *larger* friction of two
+geoms: the robot's soles and hands must have little of their own, so that the values drawn here count.
+Geoms are in group 0, which rays use to leave the robot (group 1) out.
+
+Not modelled: the Martian terrain's unevenness, the rover and all later tasks, the dish controller's integral term (the
+dish is weightless instead, so that it has nothing to hold).
+
+Source of figures: teleop_sim.world.console and teleop_sim.world.dish_layout, unless a line says otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from teleop_sim.core.errors import UnknownName
+from teleop_sim.world import console as shape
+from teleop_sim.world import dish_layout as lay
+from teleop_sim.world.dish_layout import Layout, Obstacle, Planar
+
+Range = tuple[float, float]
+Rgb = tuple[float, float, float]
+
+SOIL_Z_M = -shape.WALKWAY_HEIGHT_M
+PITCH_RANGE_RAD: Range = (-0.2, 1.57)
+"""Joint limits of the dish; its yaw has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class DishSettings:
+    """What is drawn, and between which limits (uniformly; equal limits fix a value).
+
+    Attributes:
+        layout_id: 1 to 5, or None to draw it.
+        wheel_friction_nm: Coulomb friction, drawn for each wheel (unique.world.erb).
+        wheel_start_spread_rad: the knob starts at most this far from its published place next to the robot (assumed).
+        yaw_target_rad: of the dish (unique.world.erb).
+        pitch_target_rad: of the dish (unique.world.erb).
+        floor_friction: of walkway and soil, one a world (assumed; the paper: "varying friction coefficients").
+        contact_friction: of wheels and console (assumed).
+        console_jitter_m: the console stands at most this far off in x and in y (assumed; none is published).
+        console_jitter_rad: and is turned at most this much (assumed).
+        clutter: fewest and most boxes on the soil besides the published rocks and crates (assumed).
+
+    """
+
+    layout_id: int | None = None
+    wheel_friction_nm: Range = (2.0, 3.0)
+    wheel_start_spread_rad: float = 0.5
+    yaw_target_rad: Range = (-1.65, 2.20)
+    pitch_target_rad: Range = (-0.2, 1.25)
+    floor_friction: Range = (0.4, 1.0)
+    contact_friction: Range = (0.6, 1.0)
+    console_jitter_m: float = 0.03
+    console_jitter_rad: float = math.radians(2.0)
+    clutter: tuple[int, int] = (2, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """One sun and an even sky: unit vector to the sun, the sun's colour, the sky's level (1 is well lit)."""
+
+    to_sun: tuple[float, float, float]
+    sun: Rgb
+    ambient: float
+
+
+@dataclass(frozen=True, slots=True)
+class DishWorld:
+    """One drawn world; equal values make equal worlds.
+
+    Attributes:
+        layout_id: number of the walkway, see ``dish_layout.layout``.
+        console: middle of the two wheels on the ground; the heading is that of a robot that faces the console.
+        start: centre of the start square.
+        finish: centre of the finish square.
+        wheel_friction_nm: of the yaw wheel and the pitch wheel.
+        wheel_start_rad: handle angles of the two knobs at joint angle 0, anticlockwise from the wheel frame's x.
+        targets_rad: dish yaw and pitch to be reached.
+        floor_friction: sliding friction of everything to stand on.
+        contact_friction: sliding friction of wheels, knobs and console.
+        light: for the cameras.
+        clutter: rocks, crates and boxes beside the walkway.
+
+    """
+
+    layout_id: int
+    console: Planar
+    start: Planar
+    finish: Planar
+    wheel_friction_nm: tuple[float, float]
+    wheel_start_rad: tuple[float, float]
+    targets_rad: tuple[float, float]
+    floor_friction: float
+    contact_friction: float
+    light: Light
+    clutter: tuple[Obstacle, ...]
+
+    @property
+    def dish(self) -> Planar:
+        """The dish's mast, heading as the console's."""
+        return lay.compose(self.console, (shape.PIVOT_AHEAD_M, 0.0, 0.0))
+
+
+def draw_dish_world(rng_by_name: Callable[[str], np.random.Generator], settings: DishSettings) -> DishWorld:
+    """Draw a world. Each kind of value has its own stream, so that fixing one leaves the others as they are.
+
+    Raises:
+        UnknownName: ``settings.layout_id`` is none of the published worlds.
+
+    """
+    layout = lay.layout(_draw_layout(rng_by_name("world.layout"), settings.layout_id))
+    published = lay.console_on(layout.dish, shape.PIVOT_AHEAD_M)
+    shift = rng_by_name("world.console").uniform(-1.0, 1.0, 3)
+    console = (
+        published[0] + settings.console_jitter_m * float(shift[0]),
+        published[1] + settings.console_jitter_m * float(shift[1]),
+        published[2] + settings.console_jitter_rad * float(shift[2]),
+    )
+    friction, target = rng_by_name("world.friction"), rng_by_name("world.target")
+    spread = settings.wheel_start_spread_rad
+    return DishWorld(
+        layout_id=layout.layout_id,
+        console=console,
+        start=lay.START,
+        finish=layout.finish,
+        wheel_friction_nm=_pair(rng_by_name("world.wheel.friction"), settings.wheel_friction_nm),
+        wheel_start_rad=_pair(rng_by_name("world.wheel.start"), (math.pi - spread, math.pi + spread)),
+        targets_rad=(_uniform(target, settings.yaw_target_rad), _uniform(target, settings.pitch_target_rad)),
+        floor_friction=_uniform(friction, settings.floor_friction),
+        contact_friction=_uniform(friction, settings.contact_friction),
+        light=_draw_light(rng_by_name("world.light")),
+        clutter=layout.obstacles + _draw_clutter(rng_by_name("world.clutter"), layout, settings.clutter),
+    )
+
+
+def _draw_layout(rng: np.random.Generator, fixed: int | None) -> int:
+    drawn = lay.LAYOUT_IDS[int(rng.integers(len(lay.LAYOUT_IDS)))]
+    if fixed is not None and fixed not in lay.LAYOUT_IDS:
+        raise UnknownName("world.layout_id", str(fixed), tuple(map(str, lay.LAYOUT_IDS)))
+    return drawn if fixed is None else fixed
+
+
+def _uniform(rng: np.random.Generator, limits: Range) -> float:
+    return limits[0] + (limits[1] - limits[0]) * float(rng.random())
+
+
+def _pair(rng: np.random.Generator, limits: Range) -> tuple[float, float]:
+    return _uniform(rng, limits), _uniform(rng, limits)
+
+
+def _draw_light(rng: np.random.Generator) -> Light:
+    """Sun 20 to 80 degrees high; from dusk (0.35) to glare (1.4); white to warm. All limits are assumed."""
+    height, azimuth = _uniform(rng, (0.35, 1.4)), _uniform(rng, (-math.pi, math.pi))
+    level, warm, sky = _uniform(rng, (0.35, 1.4)), _uniform(rng, (0.0, 0.35)), _uniform(rng, (0.12, 0.4))
+    to_sun = (math.cos(height) * math.cos(azimuth), math.cos(height) * math.sin(azimuth), math.sin(height))
+    sun = (0.9 * level, 0.9 * level * (1.0 - 0.4 * warm), 0.9 * level * (1.0 - warm))
+    return Light(to_sun, sun, level * sky)
+
+
+def _draw_clutter(rng: np.random.Generator, layout: Layout, fewest_most: tuple[int, int]) -> tuple[Obstacle, ...]:
+    """Boxes on the soil within 6 m of the finish's and start's middle, clear of walkway and console (all assumed)."""
+    count = int(rng.integers(fewest_most[0], fewest_most[1] + 1))
+    middle_x, middle_y = 0.5 * layout.finish[0], 0.5 * layout.finish[1]
+    found: list[Obstacle] = []
+    # Enough tries for any count that fits; a crowded world just gets fewer boxes.
+    for _ in range(50 * count):
+        x, y = middle_x + _uniform(rng, (-6.0, 6.0)), middle_y + _uniform(rng, (-6.0, 6.0))
+        yaw = _uniform(rng, (-math.pi, math.pi))
+        half = (_uniform(rng, (0.1, 0.4)), _uniform(rng, (0.1, 0.4)), _uniform(rng, (0.1, 0.4)))
+        if len(found) < count and _is_free(layout, x, y):
+            found.append(Obstacle("box", (x, y, yaw), half))
+    return tuple(found)
+
+
+def _is_free(layout: Layout, x_m: float, y_m: float) -> bool:
+    """Whether a box's circle of 0.6 m stays off the walkway, and 1.5 m off the console and the mast."""
+    console = lay.console_on(layout.dish, shape.PIVOT_AHEAD_M)
+    if any(math.hypot(x_m - p[0], y_m - p[1]) < 1.5 for p in (console, layout.dish)):
+        return False
+    for slab in layout.slabs:
+        u, v, _ = lay.compose(lay.inverse(slab.pose), (x_m, y_m, 0.0))
+        if math.hypot(max(abs(u) - slab.half_along_m, 0.0), max(abs(v) - slab.half_across_m, 0.0)) < 0.6:
+            return False
+    return True
+
+
+# --- the scene ------------------------------------------------------------------------------------------------------
+
+_SOLID = {"contype": 1, "conaffinity": 6, "group": 0}
+_DECOR = {"contype": 0, "conaffinity": 0, "group": 0, "mass": 0.0}
+# Sole contacts 10 ms, grip contacts 4 ms: both measured to hold (soft grips drop the knob).
+_FLOOR_SOLREF = [0.01, 1.0]
+_GRIP_SOLREF = [0.004, 1.0]
+# Without a near-rigid friction constraint a loaded wheel creeps: 20 Nm stuck turned 66 degrees at MuJoCo's default.
+_STUCK_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
+_SLAB_HALF_M = 0.075
+_SOIL_RGB: Rgb = (0.55, 0.36, 0.24)
+_TILE_RGB: Rgb = (0.62, 0.62, 0.60)
+# Dull colours of rocks, crates and boxes, by kind (assumed): nothing as red or blue as the wheels.
+_CLUTTER_RGB: dict[str, Rgb] = {
+    "rock_1": (0.50, 0.42, 0.30),
+    "rock_2": (0.45, 0.33, 0.24),
+    "rock_3": (0.42, 0.30, 0.22),
+    "crate": (0.75, 0.72, 0.60),
+    "crate_long": (0.60, 0.50, 0.35),
+    "box": (0.30, 0.32, 0.30),
+}
+
+
+def add_dish_world(spec: mujoco.MjSpec, world: DishWorld) -> None:
+    """Add the scene to a model that already holds the robot: its bodies, joints and actuators come after the robot's.
+
+    Adds joints ``yawWheel``, ``pitchWheel`` (positive is clockwise seen from above), ``dishYaw``, ``dishPitch``, and
+    position actuators of the last two names. All four joints are 0 at the start.
+    """
+    _add_ground(spec, world)
+    _add_clutter(spec, world)
+    body = spec.worldbody.add_body(
+        name="console", pos=[world.console[0], world.console[1], SOIL_Z_M], quat=_yaw_quat(world.console[2])
+    )
+    _add_console(body, world.contact_friction)
+    for left in (True, False):
+        _add_wheel(body, left, world)
+    _add_dish(spec, body)
+    light = spec.worldbody.add_light(name="sun", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    light.dir, light.pos = [-v for v in world.light.to_sun], [20.0 * v for v in world.light.to_sun]
+    light.diffuse, light.ambient = list(world.light.sun), [world.light.ambient] * 3
+
+
+def _add_ground(spec: mujoco.MjSpec, world: DishWorld) -> None:
+    for name, rgb in (("soil", _SOIL_RGB), ("tile", _TILE_RGB)):
+        spec.add_material(name=name, rgba=[*rgb, 1.0])
+    look = {"friction": [world.floor_friction, 0.005, 0.0001], "condim": 3, "solref": _FLOOR_SOLREF, **_SOLID}
+    spec.worldbody.add_geom(
+        name="soil",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[0.0, 0.0, SOIL_Z_M],
+        size=[30.0, 30.0, 0.1],
+        material="soil",
+        rgba=[*_SOIL_RGB, 1.0],
+        **look,
+    )
+    for number, slab in enumerate(lay.layout(world.layout_id).slabs):
+        x, y, yaw = slab.pose
+        spec.worldbody.add_geom(
+            name=f"walkway{number}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[x, y, -_SLAB_HALF_M],
+            quat=_yaw_quat(yaw),
+            size=[slab.half_along_m, slab.half_across_m, _SLAB_HALF_M],
+            material="tile",
+            rgba=[*_TILE_RGB, 1.0],
+            **look,
+        )
+
+
+def _add_clutter(spec: mujoco.MjSpec, world: DishWorld) -> None:
+    for number, thing in enumerate(world.clutter):
+        rock = thing.kind.startswith("rock")
+        x, y, yaw = thing.pose
+        spec.worldbody.add_geom(
+            name=f"clutter{number}",
+            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID if rock else mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[x, y, SOIL_Z_M + (0.0 if rock else thing.half[2])],
+            quat=_yaw_quat(yaw),
+            size=list(thing.half),
+            rgba=[*_CLUTTER_RGB[thing.kind], 1.0],
+            friction=[world.floor_friction, 0.005, 0.0001],
+            **_SOLID,
+        )
+
+
+def _grip(friction: float) -> dict[str, object]:
+    return {"friction": [friction, 0.005, 0.0001], "condim": 4, "solref": _GRIP_SOLREF, **_SOLID}
+
+
+def _add_console(body: mujoco.MjsBody, friction: float) -> None:
+    for number, block in enumerate(shape.BLOCKS):
+        body.add_geom(
+            name=f"console{number}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=list(block.centre),
+            size=list(block.half),
+            quat=_lean_quat(block.lean_rad),
+            rgba=[*shape.CONSOLE_GREY, 1.0],
+            **_grip(friction),
+        )
+
+
+def _add_wheel(console: mujoco.MjsBody, left: bool, world: DishWorld) -> None:
+    name, which = ("yawWheel", 0) if left else ("pitchWheel", 1)
+    wheel = console.add_body(name=name, pos=list(shape.wheel_centre(left)), quat=_lean_quat(shape.TILT_RAD))
+    wheel.explicitinertial, wheel.ipos = True, [0.0, 0.0, 0.0]
+    wheel.mass, wheel.inertia = shape.WHEEL_MASS_KG, list(shape.WHEEL_INERTIA)
+    joint = wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, -1.0])
+    joint.frictionloss, joint.damping, joint.armature = world.wheel_friction_nm[which], np.zeros(3), 0.0
+    joint.solimp_friction, joint.solref_friction = _STUCK_SOLIMP, [0.01, 1.0]
+    grip = {"mass": 0.0, **_grip(world.contact_friction)}
+    a = world.wheel_start_rad[which]
+    x, y = shape.KNOB_ORBIT_M * math.cos(a), shape.KNOB_ORBIT_M * math.sin(a)
+    foot = shape.WHEEL_HALF_THICKNESS_M
+    wheel.add_geom(
+        name=f"{name}Disc",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[shape.WHEEL_RADIUS_M, foot, 0.0],
+        rgba=[*(shape.RED if left else shape.BLUE), 1.0],
+        **grip,
+    )
+    wheel.add_geom(
+        name=f"{name}Stem",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        fromto=[x, y, foot, x, y, foot + shape.STEM_LENGTH_M],
+        size=[shape.STEM_RADIUS_M, 0.0, 0.0],
+        rgba=[*shape.GREY, 1.0],
+        **grip,
+    )
+    wheel.add_geom(
+        name=f"{name}Knob",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        pos=[x, y, shape.KNOB_HEIGHT_M],
+        size=[shape.KNOB_RADIUS_M, 0.0, 0.0],
+        rgba=[*shape.GREY, 1.0],
+        **grip,
+    )
+
+
+def _add_dish(spec: mujoco.MjSpec, console: mujoco.MjsBody) -> None:
+    """Mast, pivot and dish, driven like the published joints: kp 1000, kd 10, damping 1000 and 100 N m s/rad."""
+    mast_half = 0.5 * shape.PIVOT_HEIGHT_M
+    console.add_geom(
+        name="mast",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        pos=[shape.PIVOT_AHEAD_M, 0.0, mast_half],
+        size=[0.09, mast_half, 0.0],
+        rgba=[0.70, 0.70, 0.70, 1.0],
+        **_SOLID,
+    )
+    pivot = console.add_body(name="dishPivot", pos=[shape.PIVOT_AHEAD_M, 0.0, shape.PIVOT_HEIGHT_M])
+    pivot.explicitinertial, pivot.mass, pivot.inertia = True, 0.82, [0.00073, 0.000598, 0.00057]
+    # The published dish frame has its y axis where the console frame has x: axes and inertia are swapped accordingly.
+    dish = pivot.add_body(name="dish", gravcomp=1.0)
+    dish.explicitinertial, dish.mass, dish.ipos = True, 17.0, [0.2 * math.cos(0.43), 0.0, 0.2 * math.sin(0.43)]
+    dish.inertia = [1.87729, 0.92468, 0.97826]
+    joints = (
+        (pivot, "dishYaw", [0.0, 0.0, -1.0], 1000.0),
+        (dish, "dishPitch", [0.0, -1.0, 0.0], 100.0),
+    )
+    for body, name, axis, damping in joints:
+        joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=axis)
+        joint.damping, joint.armature, joint.frictionloss = np.array([damping, 0.0, 0.0]), 0.0, 0.0
+        joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_position(kp=1000.0, kv=10.0)
+        actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    pitch = spec.joint("dishPitch")
+    scale = 180.0 / math.pi if spec.compiler.degree else 1.0
+    pitch.limited, pitch.range = mujoco.mjtLimited.mjLIMITED_TRUE, [v * scale for v in PITCH_RANGE_RAD]
+    # Size and place of the bowl are assumed; it looks over the console and up.
+    dish.add_geom(
+        name="bowl",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        pos=[0.3, 0.0, 0.4],
+        size=[1.1, 0.03, 0.0],
+        quat=[math.cos(-0.45), 0.0, math.sin(-0.45), 0.0],
+        rgba=[0.85, 0.85, 0.83, 1.0],
+        **_DECOR,
+    )
+
+
+def _yaw_quat(yaw_rad: float) -> list[float]:
+    return [math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)]
+
+
+def _lean_quat(lean_rad: float) -> list[float]:
+    """Lean towards the robot: the z axis moves towards -x."""
+    return [math.cos(0.5 * lean_rad), 0.0, -math.sin(0.5 * lean_rad), 0.0]
+
+
+# --- signals --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class DishSignals:
+    """What the wheels and the dish tell: joint angles [rad], clockwise positive for both wheels."""
+
+    yaw_wheel_rad: float
+    pitch_wheel_rad: float
+    dish_yaw_rad: float
+    dish_pitch_rad: float
+
+    def values(self) -> dict[str, float]:
+        """The status values that a ``Follow`` can watch."""
+        return {"dish_yaw": self.dish_yaw_rad, "dish_pitch": self.dish_pitch_rad}
+
+    def dish_command_rad(self, checkpoint: int) -> tuple[float, float]:
+        """Control of the actuators ``dishYaw`` and ``dishPitch``: the dish follows the wheels from checkpoint 1 on.
+
+        Not modelled: after checkpoint 3 the published dish stops following; nothing tests it then.
+        """
+        if checkpoint < 1:
+            return (0.0, 0.0)
+        pitch = shape.DISH_PER_WHEEL * self.pitch_wheel_rad
+        return (
+            shape.DISH_PER_WHEEL * self.yaw_wheel_rad,
+            min(max(pitch, PITCH_RANGE_RAD[0]), PITCH_RANGE_RAD[1]),
+        )
