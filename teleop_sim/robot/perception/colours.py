@@ -65,8 +65,10 @@ def mask_of(image: Image, band: Band) -> Bools:
     h, w = image.shape[:2]
     flat = image.reshape(-1, 3)
     # Most pixels are grey or brown: integers tell that quickly.
-    high, low = flat.max(axis=1), flat.min(axis=1)
-    maybe = np.flatnonzero((high - low >= band.saturation_min * high) & (high >= 255.0 * band.value_min))
+    red, green, blue = flat.T
+    high = np.maximum(np.maximum(red, green), blue)
+    chroma = high - np.minimum(np.minimum(red, green), blue)
+    maybe = np.flatnonzero((chroma >= np.float32(band.saturation_min) * high) & (high >= 255.0 * band.value_min))
     hue, _, _ = hue_saturation_value(flat[maybe].astype(np.float64) / 255.0)
     mask = np.zeros(h * w, np.bool_)
     mask[maybe[(hue - band.hue_from) % 360.0 <= band.hue_width]] = True

@@ -42,17 +42,16 @@ def blobs(mask: Bools) -> list[Index]:
     pixels = np.flatnonzero(mask)
     if not len(pixels):
         return []
-    number = np.full(mask.shape, -1, np.int64)
-    number.flat[pixels] = np.arange(len(pixels))
-    joins = (
-        (number[:, :-1], number[:, 1:]),
-        (number[:-1], number[1:]),
-        (number[:-1, :-1], number[1:, 1:]),
-        (number[:-1, 1:], number[1:, :-1]),
-    )
-    edges = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in joins])
-    edges = edges[(edges >= 0).all(axis=1)]
-    return [pixels[group] for group in _groups(components(len(pixels), edges))]
+    # A border spares tests at the image's edges.
+    wide = mask.shape[1] + 2
+    number = np.full((mask.shape[0] + 2) * wide, -1, np.int64)
+    own = (pixels // mask.shape[1] + 1) * wide + pixels % mask.shape[1] + 1
+    number[own] = np.arange(len(pixels))
+    edges = []
+    for step in (1, wide - 1, wide, wide + 1):
+        other = number[own + step]
+        edges.append(np.stack([np.flatnonzero(other >= 0), other[other >= 0]], axis=1))
+    return [pixels[group] for group in _groups(components(len(pixels), np.concatenate(edges)))]
 
 
 def clusters(points: Floats, gap_m: float) -> list[Floats]:
