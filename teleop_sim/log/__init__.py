@@ -1,1 +1,1 @@
-"""The log: records to MCAP and back."""
+"""The log: one MCAP file a run, written as it happens and read into records or DataFrames."""

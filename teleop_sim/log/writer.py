@@ -1,0 +1,154 @@
+"""Write one run's records to one MCAP file, aside first and renamed when finished.
+
+The file is a pure function of the records: fixed names in the header, channels in a fixed order, one thread and no
+wall clock.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from mcap.writer import CompressionType, Writer
+
+from teleop_sim.core.records import RECORDS, Record, RunStarted
+from teleop_sim.log.scan import scan
+from teleop_sim.log.schema import SCHEMAS, Schema
+
+PROFILE = "teleop-sim"
+CHUNK_BYTES = 64 * 1024
+FLUSH_S = 30.0  # assumed: a killed run loses at most so much simulated time, for some 2 % more bytes
+
+_TOPICS = {cls: topic for topic, cls in RECORDS.items()}
+
+
+class LogWriter:
+    """Writes records to ``<path>.part``; ``close`` finishes the file and renames it to ``path``.
+
+    It is callable, so it can be handed to the simulator as its ``Emit``. A process that is killed leaves a ``.part``
+    that reads up to its last chunk: at most 64 KiB or 30 simulated seconds are lost. As a context manager it closes
+    at a normal end, calls ``interrupt`` at a KeyboardInterrupt, and after any other exception leaves a finished
+    ``.part``.
+
+    Raises:
+        OSError: the file cannot be created or written.
+
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.part = self.path.with_name(self.path.name + ".part")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        # Messages wait here for their chunk: an interruption between two appends leaves nothing half done.
+        self._waiting: list[tuple[int, int, int, bytes]] = []
+        self._waiting_bytes = 0
+        self._count = 0
+        self._flushed_s = 0.0
+        self._done = False
+        self._open(self.part)
+
+    def __call__(self, record: Record) -> None:
+        """Write one record; see ``write``."""
+        self.write(record)
+
+    def write(self, record: Record) -> None:
+        """Append one record.
+
+        Raises:
+            TypeError: the record's class is not registered, or a field holds what its type does not allow.
+            ValueError: the file is finished already.
+
+        """
+        if self._stream.closed:
+            raise ValueError(f"{self.path}: the log is finished; nothing can be added")
+        topic = _TOPICS.get(type(record))
+        if topic is None:
+            raise TypeError(f"{type(record).__name__} is no registered record; declare it with @record(topic)")
+        data = SCHEMAS[topic].encode(record)
+        self._waiting.append((self._channels[topic], self._count + 1, round(record.t_s * 1e9), data))
+        self._count += 1
+        self._waiting_bytes += len(data) + _MESSAGE_HEADER_BYTES
+        late = record.t_s - self._flushed_s >= FLUSH_S
+        if self._waiting_bytes >= CHUNK_BYTES or late or isinstance(record, RunStarted):
+            self._flushed_s = record.t_s
+            self._finish_chunk()
+
+    def close(self) -> None:
+        """Finish the file and rename it to its final name. Does nothing the second time."""
+        if self._done:
+            return
+        if not self._stream.closed:
+            self._finish()
+        Path(self._stream.name).replace(self.path)
+        self.part.unlink(missing_ok=True)
+        self._done = True
+
+    def interrupt(self) -> None:
+        """Finish after an interruption: the file gets its final name and, having no ``RunEnded``, says what it is.
+
+        May be called wherever the interruption struck, also in the middle of ``write``.
+        """
+        if not self._stream.closed and self._cut_here:
+            self._write_again()
+        self.close()
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        elif issubclass(kind, KeyboardInterrupt):
+            self.interrupt()
+        elif not self._done:
+            self._finish()
+            self._done = True
+
+    def _open(self, path: Path) -> None:
+        self._stream: IO[bytes] = path.open("wb")
+        self._cut_here = False
+        # Chunks end where this class says, so that it always knows what is in the file. Any: its methods are untyped.
+        self._mcap: Any
+        self._mcap = Writer(self._stream, chunk_size=1 << 62, compression=CompressionType.ZSTD)
+        self._mcap.start(profile=PROFILE, library=PROFILE)
+        self._channels = {topic: _register(self._mcap, schema) for topic, schema in SCHEMAS.items()}
+        self._mcap.flush()
+
+    def _finish_chunk(self) -> None:
+        if not self._waiting:
+            return
+        self._cut_here = True
+        for channel, sequence, time_ns, data in self._waiting:
+            self._mcap.add_message(channel, time_ns, data, time_ns, sequence)
+        self._mcap.flush()
+        self._waiting.clear()
+        self._waiting_bytes = 0
+        self._cut_here = False
+
+    def _finish(self) -> None:
+        self._finish_chunk()
+        self._cut_here = True
+        self._mcap.finish()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self._stream.close()
+
+    def _write_again(self) -> None:
+        """Start the file again from its whole chunks and what still waits: the chunk under way was cut."""
+        self._stream.close()
+        kept = [(self._channels[m.topic], m.sequence, m.time_ns, m.data) for m in scan(self.part.read_bytes()).messages]
+        last = kept[-1][1] if kept else 0
+        self._waiting = kept + [message for message in self._waiting if message[1] > last]
+        self._open(self.path.with_name(self.path.name + ".again"))
+
+
+_MESSAGE_HEADER_BYTES = 31  # opcode, length, channel, sequence and two times: MCAP specification, "Message (op=0x05)"
+
+
+def _register(mcap: Writer, schema: Schema) -> int:
+    schema_id = mcap.register_schema(schema.name, "protobuf", schema.data)
+    return mcap.register_channel(schema.topic, "protobuf", schema_id)
