@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import simpy
 
 from teleop_sim.channel.blackouts import Schedule, dark_between, finish_of, first_light, schedule_problems
-from teleop_sim.channel.messages import DirectionName
+from teleop_sim.channel.message import DirectionName
 from teleop_sim.core.errors import BadInput, Problem, TeleopError
 from teleop_sim.core.records import Blackout, Emit, PacketEnded
 

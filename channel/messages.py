@@ -1,95 +1,61 @@
-"""The messages that cross the link, with their real encoding.
+"""The messages that cross the link, with their real encoding: the list, and bytes to message and back.
 
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20. Text lines need none: a chat line starts with one of ``/*&|_$``,
-a log line with a digit of its time. ``MESSAGES`` is the registry; a new message is one class here with ``@message``.
+a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py`` or
+``down_messages.py``.
 """
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import astuple, dataclass
-from typing import ClassVar, Literal, Self, TypeVar, dataclass_transform
-
-import numpy as np
-
-from teleop_sim.channel.codec import (
-    BadMessage,
-    grey_jpeg,
-    jpeg_pixels,
-    jpeg_size,
-    line_bytes,
-    line_text,
-    pack_counts,
-    pack_pose,
-    unpack_counts,
-    unpack_pose,
+from teleop_sim.channel.codec import BadMessage
+from teleop_sim.channel.down_messages import (
+    HANDLES,
+    MODES,
+    REQUEST_KINDS,
+    HandleName,
+    HandlePose,
+    Image,
+    LevelIs,
+    LogLine,
+    MirrorUpdate,
+    ModeIs,
+    Request,
+    RequestKind,
+    encode_image,
 )
+from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
+from teleop_sim.channel.up_messages import Chat, Confirm, Reject, SetLevel, StopAll
 from teleop_sim.core.errors import UnknownName
 
-DirectionName = Literal["up", "down"]
-RequestKind = Literal["confirm", "manual"]
-HandleName = Literal["pitch", "yaw"]
-
-MODES = ("normal", "auto", "manual", "not_recoverable")
-"""The machine's modes; ``ModeIs`` sends the index."""
-
-REQUEST_KINDS: tuple[RequestKind, ...] = ("confirm", "manual")
-HANDLES: tuple[HandleName, ...] = ("pitch", "yaw")
-LEVEL_MAX = 3
-"""Autonomy levels Off, Low, High, Full are 0 to 3."""
-
-_UINT8, _UINT16 = 255, 65535
-_LOG_TIME_CHARS, _LOG_SEPARATOR, _LOG_END = 13, " : ", "\r\n"
-
-
-class Message(ABC):
-    """Something that one site can say to the other. A value: frozen, equal when equal.
-
-    Attributes:
-        topic: label in logs.
-        direction: of the link it is made for.
-        marks: the first bytes that announce it; no two messages share one.
-
-    """
-
-    topic: ClassVar[str]
-    direction: ClassVar[DirectionName]
-    marks: ClassVar[bytes]
-
-    @abstractmethod
-    def encode(self) -> bytes:
-        """The payload: all bytes that the link is charged for, before headers."""
-
-    @classmethod
-    @abstractmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``.
-
-        Raises:
-            BadMessage: the bytes are not this message.
-
-        """
-
-
-_M = TypeVar("_M", bound=Message)
-MESSAGES: dict[str, type[Message]] = {}
-"""Topic to message type."""
-
-
-@dataclass_transform(frozen_default=True)
-def message(direction: DirectionName, topic: str, marks: bytes) -> Callable[[type[_M]], type[_M]]:
-    """Make a class a frozen message and register it under its topic."""
-
-    def register(cls: type[_M]) -> type[_M]:
-        made = dataclass(frozen=True)(cls)
-        made.topic, made.direction, made.marks = topic, direction, marks
-        MESSAGES[topic] = made
-        return made
-
-    return register
+__all__ = [
+    "HANDLES",
+    "LEVEL_MAX",
+    "MESSAGES",
+    "MODES",
+    "REQUEST_KINDS",
+    "BadMessage",
+    "Chat",
+    "Confirm",
+    "DirectionName",
+    "HandleName",
+    "HandlePose",
+    "Image",
+    "LevelIs",
+    "LogLine",
+    "Message",
+    "MirrorUpdate",
+    "ModeIs",
+    "Reject",
+    "Request",
+    "RequestKind",
+    "SetLevel",
+    "StopAll",
+    "decode_message",
+    "decode_payload",
+    "encode_image",
+    "encode_message",
+]
 
 
 def encode_message(m: Message) -> tuple[str, bytes]:
@@ -121,299 +87,3 @@ def decode_payload(payload: bytes) -> Message:
         if payload[:1] and payload[:1] in kind.marks:
             return kind.decode(payload)
     raise BadMessage("payload", f"{len(payload)} bytes that start with {payload[:1].hex() or 'nothing'}", "No message.")
-
-
-def _body(cls: type[Message], payload: bytes) -> bytes:
-    """The payload without its type byte."""
-    if payload[:1] != cls.marks:
-        came = payload[:1].hex() or "nothing"
-        raise BadMessage(cls.topic, f"it starts with {came}", f"Its type byte is {cls.marks.hex()}.")
-    return payload[1:]
-
-
-class Counts(Message):
-    """A message of small whole numbers: its type byte, then one or two bytes each.
-
-    Attributes:
-        limits: the greatest value of each field; the least is 0.
-
-    """
-
-    limits: ClassVar[tuple[int, ...]] = ()
-
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a field out of range.
-
-        """
-        self.encode()
-
-    def encode(self) -> bytes:
-        """The type byte and the fields in order."""
-        return self.marks + pack_counts(astuple(self), self.limits, self.topic)  # type: ignore[call-overload]
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        return cls(*unpack_counts(_body(cls, payload), cls.limits, cls.topic))
-
-
-@message("up", "confirm", b"\x01")
-class Confirm(Counts):
-    """The operator lets the suggested transition of a request pass."""
-
-    limits: ClassVar = (_UINT16,)
-    request: int
-
-
-@message("up", "reject", b"\x02")
-class Reject(Counts):
-    """The operator refuses the suggested transition of a request."""
-
-    limits: ClassVar = (_UINT16,)
-    request: int
-
-
-@message("up", "set_level", b"\x03")
-class SetLevel(Counts):
-    """The operator sets the autonomy level, 0 (Off) to 3 (Full)."""
-
-    limits: ClassVar = (LEVEL_MAX,)
-    level: int
-
-
-@message("up", "stop_all", b"\x04")
-class StopAll(Counts):
-    """The operator stops the robot. One byte, as Team ZARJ's stop (ZarjRobotics/srcsim2017, zarjcomm/message.py)."""
-
-
-@message("up", "chat", b"/*&|_$")
-class Chat(Message):
-    """A line of WPI's chat vocabulary, see ``vocabulary.py``. Sent as ASCII with a line end: ``len(text) + 1`` bytes.
-
-    Source of the size: WPI-Humanoid-Robotics-Lab/SpaceRoboticsChallenge @ea36ad7, src_bringup/scripts/message_parser.py.
-    """
-
-    text: str
-
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: no ASCII line that starts with one of the marks.
-
-        """
-        self.encode()
-
-    def encode(self) -> bytes:
-        """The line and its end."""
-        line = line_bytes(self.text, "ascii", self.topic)
-        if line[:1] not in self.marks:
-            marks = " ".join(self.marks.decode())
-            raise BadMessage(self.topic, f"{self.text!r} is no command", f"A command starts with one of {marks}")
-        return line + b"\n"
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        if not payload.endswith(b"\n"):
-            raise BadMessage(cls.topic, f"no line end in {payload!r}", "A chat line ends with one line feed.")
-        return cls(line_text(payload[:-1], "ascii", cls.topic))
-
-
-@message("down", "mirror", b"\x10")
-class MirrorUpdate(Counts):
-    """The machine took a transition: ``edge`` is its number in the machine's table, which both sites hold."""
-
-    limits: ClassVar = (_UINT8,)
-    edge: int
-
-
-@message("down", "mode", b"\x11")
-class ModeIs(Counts):
-    """The machine is in the mode ``MODES[mode]``."""
-
-    limits: ClassVar = (len(MODES) - 1,)
-    mode: int
-
-
-@message("down", "level", b"\x12")
-class LevelIs(Counts):
-    """The autonomy level in force at the field site, 0 (Off) to 3 (Full)."""
-
-    limits: ClassVar = (LEVEL_MAX,)
-    level: int
-
-
-@message("down", "request", b"\x13")
-class Request(Message):
-    """The field site asks: to ``confirm`` a suggested event, or for ``manual`` help.
-
-    ``state`` and ``event`` are numbers in the machine's tables, 0 to 255; ``request`` is what an answer names.
-    """
-
-    limits: ClassVar = (_UINT16, len(REQUEST_KINDS) - 1, _UINT8, _UINT8)
-    request: int
-    kind: RequestKind
-    state: int
-    event: int
-
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a number out of range or an unknown kind.
-
-        """
-        self.encode()
-
-    def encode(self) -> bytes:
-        """Type, request (two bytes), kind, state, event."""
-        values = (self.request, _index(self.kind, REQUEST_KINDS, self.topic), self.state, self.event)
-        return self.marks + pack_counts(values, self.limits, self.topic)
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        request, kind, state, event = unpack_counts(_body(cls, payload), cls.limits, cls.topic)
-        return cls(request, REQUEST_KINDS[kind], state, event)
-
-
-@message("down", "log", b"0123456789")
-class LogLine(Message):
-    """A line of the field computer's log, as WPI's chat shows it: 13-character time, 3 separators, text, 2 end bytes.
-
-    Attributes:
-        time_s: of the line, zero or more; sent with three decimals (1 ms; the format within 13 characters is assumed).
-        text: one line; UTF-8, so plain ASCII takes a byte a character.
-
-    Source of the size: WPI-Humanoid-Robotics-Lab/SpaceRoboticsChallenge @ea36ad7, src_bringup/scripts/message_parser.py
-    and broadcast_server.py. Not modelled: the 14 to 20 characters of sender address that each reader got.
-
-    """
-
-    time_s: float
-    text: str
-
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a time that does not fit, or not one line of text.
-
-        """
-        self.encode()
-
-    def encode(self) -> bytes:
-        """Time, separator, text and line end."""
-        time = f"{self.time_s:0{_LOG_TIME_CHARS}.3f}"
-        if not (math.isfinite(self.time_s) and self.time_s >= 0.0 and len(time) == _LOG_TIME_CHARS):
-            raise BadMessage(self.topic, f"time {self.time_s!r} s cannot be sent", "Give 0 to 999999999 s.")
-        line_bytes(self.text, "utf-8", self.topic)
-        return f"{time}{_LOG_SEPARATOR}{self.text}{_LOG_END}".encode()
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``; the time to 1 ms."""
-        end = len(payload) - len(_LOG_END)
-        if payload[max(end, 0) :] != _LOG_END.encode():
-            raise BadMessage(cls.topic, f"no line end in {payload!r}", "A log line ends with CR LF.")
-        line = line_text(payload[:end], "utf-8", cls.topic)
-        time, gap, text = line[:_LOG_TIME_CHARS], line[_LOG_TIME_CHARS:][:3], line[_LOG_TIME_CHARS + 3 :]
-        digits = time.replace(".", "", 1)
-        if gap != _LOG_SEPARATOR or time[-4:-3] != "." or not (digits.isascii() and digits.isdigit()):
-            raise BadMessage(cls.topic, f"no time in {line!r}", "A log line starts like 000000012.250 : ")
-        return cls(float(time), text)
-
-
-@message("down", "image", b"\x14")
-class Image(Message):
-    """A grey picture [px]. Sent as a type byte and the JPEG, which carries its own size."""
-
-    width: int
-    height: int
-    jpeg: bytes
-
-    def __post_init__(self) -> None:
-        """Refuse what would not decode to the same.
-
-        Raises:
-            BadMessage: no whole grey JPEG of this size.
-
-        """
-        if jpeg_size(self.jpeg, self.topic) != (self.width, self.height):
-            raise BadMessage(self.topic, f"the JPEG is not {self.width} x {self.height} px", "Use encode_image.")
-
-    def encode(self) -> bytes:
-        """The type byte and the JPEG."""
-        return self.marks + self.jpeg
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        jpeg = _body(cls, payload)
-        return cls(*jpeg_size(jpeg, cls.topic), jpeg)
-
-    def pixels(self) -> np.ndarray:
-        """What the receiver sees, (height, width) uint8.
-
-        Raises:
-            BadMessage: a damaged JPEG.
-
-        """
-        return jpeg_pixels(self.jpeg, self.topic)
-
-
-def encode_image(pixels: np.ndarray, width: int, height: int, quality: int) -> Image:
-    """Compress an image, (h, w) or (h, w, 3) uint8, to a grey picture of ``width`` x ``height`` px; see ``grey_jpeg``.
-
-    Raises:
-        BadMessage: pixels of another shape or type, or a size or quality out of range.
-
-    """
-    return Image(width, height, grey_jpeg(pixels, width, height, quality))
-
-
-@message("down", "handle_pose", b"\x15")
-class HandlePose(Message):
-    """Where the robot believes a handle to be, in the odometry frame.
-
-    Attributes:
-        which: handle.
-        position_m: (3,), sent to 1 mm, at most ±32.767 m.
-        rotation_rad: rotation vector (3,), sent to pi/32767 a component.
-
-    """
-
-    which: HandleName
-    position_m: tuple[float, float, float]
-    rotation_rad: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: an unknown handle or a number out of range.
-
-        """
-        self.encode()
-
-    def encode(self) -> bytes:
-        """Type, handle, then six 16-bit numbers."""
-        which = _index(self.which, HANDLES, self.topic)
-        return self.marks + bytes([which]) + pack_pose(self.position_m, self.rotation_rad, self.topic)
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``, to the resolution stated above."""
-        body = _body(cls, payload)
-        (which,) = unpack_counts(body[:1], (len(HANDLES) - 1,), cls.topic)
-        return cls(HANDLES[which], *unpack_pose(body[1:], cls.topic))
-
-
-def _index(name: str, names: tuple[str, ...], where: str) -> int:
-    if name not in names:
-        raise BadMessage(where, f"unknown {name!r}", f"Known: {', '.join(names)}.")
-    return names.index(name)

@@ -1,0 +1,113 @@
+"""What every message is, the registry, and the base of messages made of small whole numbers."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+from typing import ClassVar, Literal, Self, TypeVar, dataclass_transform
+
+from teleop_sim.channel.codec import BadMessage, pack_counts, unpack_counts
+
+DirectionName = Literal["up", "down"]
+
+UINT8_MAX, UINT16_MAX = 255, 65535
+LEVEL_MAX = 3
+"""Autonomy levels Off, Low, High, Full are 0 to 3."""
+
+
+class Message(ABC):
+    """Something that one site can say to the other. A value: frozen, equal when equal.
+
+    Attributes:
+        topic: label in logs.
+        direction: of the link it is made for.
+        marks: the first bytes that announce it; no two messages share one.
+
+    """
+
+    topic: ClassVar[str]
+    direction: ClassVar[DirectionName]
+    marks: ClassVar[bytes]
+
+    @abstractmethod
+    def encode(self) -> bytes:
+        """The payload: all bytes that the link is charged for, before headers."""
+
+    @classmethod
+    @abstractmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``.
+
+        Raises:
+            BadMessage: the bytes are not this message.
+
+        """
+
+
+_M = TypeVar("_M", bound=Message)
+MESSAGES: dict[str, type[Message]] = {}
+"""Topic to message type."""
+
+
+@dataclass_transform(frozen_default=True)
+def message(direction: DirectionName, topic: str, marks: bytes) -> Callable[[type[_M]], type[_M]]:
+    """Make a class a frozen message and register it under its topic."""
+
+    def register(cls: type[_M]) -> type[_M]:
+        made = dataclass(frozen=True)(cls)
+        made.topic, made.direction, made.marks = topic, direction, marks
+        MESSAGES[topic] = made
+        return made
+
+    return register
+
+
+def body_of(cls: type[Message], payload: bytes) -> bytes:
+    """The payload without its type byte."""
+    if payload[:1] != cls.marks:
+        came = payload[:1].hex() or "nothing"
+        raise BadMessage(cls.topic, f"it starts with {came}", f"Its type byte is {cls.marks.hex()}.")
+    return payload[1:]
+
+
+@dataclass(frozen=True)
+class Counts(Message):
+    """A message of small whole numbers: its type byte, then one or two bytes each.
+
+    Attributes:
+        limits: the greatest value of each field; the least is 0.
+
+    """
+
+    limits: ClassVar[tuple[int, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what could not be encoded.
+
+        Raises:
+            BadMessage: a field out of range.
+
+        """
+        self.encode()
+
+    def encode(self) -> bytes:
+        """The type byte and the fields in order."""
+        return self.marks + pack_counts(astuple(self), self.limits, self.topic)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``."""
+        return cls(*unpack_counts(body_of(cls, payload), cls.limits, cls.topic))
+
+
+def index_of(name: str, names: tuple[str, ...], where: str) -> int:
+    """Number of a name in a table both sites hold.
+
+    Raises:
+        BadMessage: not in the table.
+
+    """
+    if name not in names:
+        raise BadMessage(where, f"unknown {name!r}", f"Known: {', '.join(names)}.")
+    return names.index(name)
