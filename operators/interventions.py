@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 
-Edge = tuple[str, str, str]
-"""State, event, next state."""
+from teleop_sim.machines.declare import Machine
 
 
 @dataclass(frozen=True)
@@ -25,7 +23,6 @@ class Interventions:
     """The table and when to stop.
 
     Attributes:
-        manual_state: where the machine waits for help.
         give_up: command that ends the machine.
         give_up_after: interventions in all.
         give_up_after_same: interventions for the same failed state.
@@ -33,7 +30,6 @@ class Interventions:
 
     """
 
-    manual_state: str
     give_up: str
     give_up_after: int
     give_up_after_same: int
@@ -51,59 +47,57 @@ def load_interventions() -> Interventions:
     return Interventions(rules=rules, **table)
 
 
-def failed_state(visited: tuple[str, ...], manual_state: str) -> str:
-    """The state that gave up: the last one seen that is not the manual state; empty if nothing was seen.
+def failed_state(machine: Machine, visited: tuple[str, ...]) -> str:
+    """The state that gave up: the last one seen in which the machine does not wait for a person; empty if none was.
 
     Args:
+        machine: says which states wait.
         visited: states seen in the mirror, oldest first, the present one last.
-        manual_state: where the machine waits for help.
 
     """
-    return next((s for s in reversed(visited) if s != manual_state), "")
+    return next((name for name in reversed(visited) if not machine.state(name).manual), "")
 
 
 def commands(
-    table: Interventions, edges: Iterable[Edge], visited: tuple[str, ...], before: tuple[str, ...]
+    table: Interventions, machine: Machine, visited: tuple[str, ...], helped: tuple[str, ...], waiting: str
 ) -> tuple[str, ...]:
     """What to type now.
 
     Args:
         table: rules and limits.
-        edges: of the machine.
+        machine: whose edges say what is accepted.
         visited: states seen in the mirror, oldest first.
-        before: failed state of every earlier intervention, oldest first.
+        helped: failed state of every earlier intervention, oldest first.
+        waiting: the state in which the machine waits for help.
 
     """
-    failed = failed_state(visited, table.manual_state)
-    tries = before.count(failed)
-    if len(before) >= table.give_up_after or tries >= table.give_up_after_same:
+    failed = failed_state(machine, visited)
+    tries = helped.count(failed)
+    if len(helped) >= table.give_up_after or tries >= table.give_up_after_same:
         return (table.give_up,)
-    edges = tuple(edges)
-    accepted = {event for state, event, _ in edges if state == table.manual_state}
-    earlier = failed_state(tuple(s for s in visited if s != failed), table.manual_state)
+    earlier = failed_state(machine, tuple(name for name in visited if name != failed))
     for rule in table.rules:
         if failed in rule.failed and (not rule.after or earlier in rule.after):
             row = rule.ladder[min(tries, len(rule.ladder) - 1)]
-            if all(c in accepted for c in row if c.startswith("/")):
+            if all(machine.has_edge(waiting, c) for c in row if c.startswith("/")):
                 return row
-    return (shortest_way_back(edges, table.manual_state, failed) or table.give_up,)
+    return (shortest_way_back(machine, waiting, failed) or table.give_up,)
 
 
-def shortest_way_back(edges: tuple[Edge, ...], manual_state: str, goal: str) -> str:
-    """The event of ``manual_state`` with the fewest transitions to ``goal``; declaration order breaks ties.
+def shortest_way_back(machine: Machine, waiting: str, goal: str) -> str:
+    """The event of ``waiting`` with the fewest transitions to ``goal``; declaration order breaks ties.
 
-    Empty if no event leads there without passing the manual state again.
+    Empty if no event leads there without passing ``waiting`` again.
     """
-    front = [(event, after) for state, event, after in edges if state == manual_state]
-    seen = {manual_state}
+    front = [(edge.event, edge.next_state) for edge in machine.outcomes(waiting)]
+    seen = {waiting}
     while front:
+        grown: list[tuple[str, str]] = []
         for first, state in front:
             if state == goal:
                 return first
-        grown: list[tuple[str, str]] = []
-        for first, state in front:
             if state not in seen:
                 seen.add(state)
-                grown += [(first, after) for origin, _, after in edges if origin == state]
+                grown += [(first, edge.next_state) for edge in machine.outcomes(state)]
         front = grown
     return ""

@@ -1,0 +1,237 @@
+"""One person at the control station: sees only what arrived, acts only by sending.
+
+Law: with the same generator, the time from the arrival of request n to its answer does not depend on the link. So every
+request has random draws of its own, keyed by its number, and everything else gives way the moment it arrives.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+import simpy
+
+from teleop_sim.channel.messages import (
+    Chat,
+    Confirm,
+    Image,
+    LogLine,
+    Message,
+    Reject,
+    Request,
+    decode_message,
+    encode_message,
+)
+from teleop_sim.core.records import Emit, OperatorActed
+from teleop_sim.machines.declare import Edge
+from teleop_sim.operators.belief import Belief, Mirror
+from teleop_sim.operators.policies import Policy, Supervise
+from teleop_sim.operators.timing import OperatorTiming, words_in
+
+Send = Callable[[str, bytes, str], None]
+Process = Generator[simpy.Event, object, None]
+
+
+@dataclass(frozen=True)
+class Briefing:
+    """What the operator is told about the link when the run starts: nominal round trip and uplink rate."""
+
+    round_trip_s: float
+    uplink_bps: float
+
+
+@dataclass(frozen=True)
+class Unanswered:
+    """A command whose effect has not been seen. At ``due_s`` the operator sends it again."""
+
+    request: Request
+    messages: tuple[Message, ...]
+    wait_s: float
+    due_s: float
+    repeats: int = 0
+
+
+class Purpose(IntEnum):
+    """First number of the key of a random stream."""
+
+    ANSWER = 1
+    REPEAT = 2
+    READ = 3
+
+
+class Supervisor:
+    """Serves one thing at a time: manual requests, confirmations, repeats, then reading. See ``docs/operator.md``."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        mirror: Mirror,
+        send: Send,
+        timing: OperatorTiming,
+        rng: np.random.Generator,
+        emit: Emit,
+        briefing: Briefing,
+        policy: Policy | None = None,
+        role: str = "supervisor",
+    ) -> None:
+        self._env, self._send, self._timing, self._emit = env, send, timing, emit
+        self._briefing, self._role = briefing, role
+        self._policy: Policy = policy or Supervise()
+        self._key = tuple(int(k) for k in rng.integers(2**32, size=4))
+        self._reading_rng = self._draws(Purpose.READ)
+        self.belief = Belief(mirror)
+        self._requests: list[Request] = []
+        self._known: set[int] = set()
+        self._asked: dict[int, Request] = {}
+        self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
+        self._unanswered: dict[int, Unanswered] = {}
+        self._news = env.event()
+        self._called = env.event()
+
+    def receive(self, topic: str, payload: bytes) -> None:
+        """Take what the downlink delivered. The mirror's display changes at once; the rest waits for attention."""
+        message = decode_message(topic, payload)
+        match message:
+            case Request():
+                self._take_request(message)
+            case LogLine() | Image():
+                self._unread.append(message)
+            case _:
+                self._close(self.belief.take(message))
+        _trigger(self._news)
+
+    def run(self) -> Process:
+        """Process: never ends."""
+        while True:
+            if self._requests:
+                yield from self._answer(self._next_request())
+            elif late := self._overdue():
+                yield from self._repeat(late)
+            elif self._unread:
+                yield from self._read(self._unread.popleft())
+            else:
+                yield from self._wait()
+
+    def _take_request(self, request: Request) -> None:
+        if request.request in self._known:
+            return
+        self._known.add(request.request)
+        self._asked[request.request] = request
+        self._requests.append(request)
+        # A newer request tells that the older ones already answered are over, even if no transition was seen.
+        self._unanswered = {n: u for n, u in self._unanswered.items() if n > request.request}
+        _trigger(self._called)
+
+    def _close(self, edge: Edge | None) -> None:
+        """Forget the requests of a state that the mirror shows as left."""
+        if edge is None:
+            return
+        open_now = self._asked.items()
+        self._asked = {n: r for n, r in open_now if self.belief.waiting_state(r) != edge.state}
+        self._requests = [r for r in self._requests if r.request in self._asked]
+        self._unanswered = {n: u for n, u in self._unanswered.items() if n in self._asked}
+
+    def _next_request(self) -> Request:
+        first = min(self._requests, key=lambda r: (r.kind != "manual", r.request))
+        self._requests.remove(first)
+        return first
+
+    def _overdue(self) -> Unanswered | None:
+        late = [u for u in self._unanswered.values() if u.due_s <= self._env.now]
+        return min(late, key=lambda u: u.due_s) if late else None
+
+    def _wait(self) -> Process:
+        self._news = self._env.event()
+        due_s = min((u.due_s for u in self._unanswered.values()), default=None)
+        if due_s is None:
+            yield self._news
+        else:
+            yield self._news | self._env.timeout(due_s - self._env.now)
+
+    def _answer(self, request: Request) -> Process:
+        rng = self._draws(Purpose.ANSWER, request.request)
+        question = self.belief.question(request)
+        words = words_in(question)
+        mean_s = self._timing.judge_s(words) if request.kind == "confirm" else self._timing.plan_s(words)
+        start_s = self._env.now
+        yield self._env.timeout(self._timing.sample_s(mean_s, rng))
+        self._record(start_s, "decide", request.request, question)
+        messages = self._policy.answer(self.belief, request) if request.request in self._asked else ()
+        if request.kind == "manual" and messages:
+            self.belief.note_help()
+        for message in messages:
+            start_s = self._env.now
+            yield self._env.timeout(self._timing.sample_s(self._sending_s(message), rng))
+            self._submit(start_s, request, message, "")
+        if messages and request.request in self._asked:
+            self._expect(request, messages)
+
+    def _repeat(self, late: Unanswered) -> Process:
+        rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)
+        start_s = self._env.now
+        duration_s = self._timing.sample_s(self._timing.repeat_s(), rng)
+        if (yield from self._interruptible(duration_s)) or late.request.request not in self._unanswered:
+            self._record(start_s, "decide", late.request.request, "dropped: send again")
+            return
+        self._submit(start_s, late.request, late.messages[-1], "again: ")
+        wait_s = late.wait_s * self._timing.patience_growth
+        self._unanswered[late.request.request] = replace(
+            late, wait_s=wait_s, due_s=self._env.now + wait_s, repeats=late.repeats + 1
+        )
+
+    def _read(self, item: LogLine | Image) -> Process:
+        is_line = isinstance(item, LogLine)
+        text = item.text if isinstance(item, LogLine) else "picture"
+        mean_s = self._timing.read_line_s(words_in(text)) if is_line else self._timing.read_image_s()
+        start_s = self._env.now
+        dropped = yield from self._interruptible(self._timing.sample_s(mean_s, self._reading_rng))
+        self._record(start_s, "read", 0, f"dropped: {text}" if dropped else text)
+
+    def _interruptible(self, duration_s: float) -> Generator[simpy.Event, object, bool]:
+        """Work that a request ends at once. Returns whether it was ended."""
+        self._called = self._env.event()
+        done = self._env.timeout(duration_s)
+        yield self._called | done
+        return not done.processed
+
+    def _submit(self, start_s: float, request: Request, message: Message, note: str) -> None:
+        topic, payload = encode_message(message)
+        text = note + describe(message, self.belief.question(request))
+        self._send(topic, payload, text)
+        self._record(start_s, "send", request.request, text)
+
+    def _expect(self, request: Request, messages: tuple[Message, ...]) -> None:
+        bits = sum(8 * len(encode_message(m)[1]) for m in messages)
+        wait_s = self._briefing.round_trip_s + bits / self._briefing.uplink_bps + self._timing.patience_s
+        self._unanswered[request.request] = Unanswered(request, messages, wait_s, self._env.now + wait_s)
+
+    def _sending_s(self, message: Message) -> float:
+        return self._timing.type_s(message.text) if isinstance(message, Chat) else self._timing.press_s()
+
+    def _record(self, start_s: float, kind: str, request: int, text: str) -> None:
+        self._emit(OperatorActed(float(self._env.now), float(start_s), self._role, kind, request, text))
+
+    def _draws(self, purpose: Purpose, *numbers: int) -> np.random.Generator:
+        """A stream of its own, so that no act shifts the times of another."""
+        return np.random.default_rng([*self._key, int(purpose), *numbers])
+
+
+def describe(message: Message, question: str) -> str:
+    """What a message sent by the operator says, for readers of the log."""
+    match message:
+        case Confirm():
+            return f"confirm: {question}"
+        case Reject():
+            return f"reject: {question}"
+        case Chat(text=text):
+            return text
+        case _:
+            return str(message)
+
+
+def _trigger(event: simpy.Event) -> None:
+    if not event.triggered:
+        event.succeed()
