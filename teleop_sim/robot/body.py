@@ -1,0 +1,288 @@
+"""The robot's body under control: what it feels of itself, and one control tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from teleop_sim.robot import law
+from teleop_sim.robot.commands import PlanarPose, Side
+from teleop_sim.robot.gait import Plan, stand_row
+from teleop_sim.robot.skill import Tick
+from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.plant import TICK_S, Plant, PlantState, Pose
+
+FALL_HEIGHT = 0.7
+"""Share of the standing pelvis height under which the robot has fallen."""
+
+FALL_TILT_COS = 0.75
+"""Cosine of the pelvis tilt (41 degrees) beyond which it has fallen; height alone misses late topples."""
+
+
+@dataclass(frozen=True)
+class Unfinished:
+    """The rest of a walking plan that was cut: rows (n, law.COLUMNS) as bytes, rows at which a foot has landed."""
+
+    rows: bytes
+    step_ends: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """The plant's state and the controller's: a value, so that an episode is a function of it."""
+
+    plant: PlantState
+    posture: tuple[float, ...]
+    jaws: tuple[float, float]
+    memory: tuple[float, ...]
+    fallen: bool = False
+    unfinished: Unfinished | None = None
+
+
+class Body:
+    """One robot in one plant. Mutable scratch: ``load`` a state, tick, ``save``.
+
+    Attributes:
+        upper_names: joints of torso, neck and arms, in the model's order.
+        joint_names: all joints but the jaws.
+        unfinished: the plan that was cut before this state. walking: the plan now followed, and the row reached.
+        posture: (n_upper,) present reference of the upper body [rad]. jaws: present references.
+        com_height_m: of the standing robot over its soles.
+    """
+
+    tick_s = TICK_S
+
+    def __init__(self, spec: RobotSpec, plant: Plant) -> None:
+        self.spec, self.plant = spec, plant
+        model, data = plant.model, plant.data
+        self.joint_names = plant.robot_joints
+        self.upper_names = spec.upper
+        nv = plant.nv_robot
+        dof = {name: int(model.joint(name).dofadr[0]) for name in plant.joint_names}
+        self._upper = np.array([dof[name] for name in self.upper_names], np.int64)
+        self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in ("left", "right")}
+        self._jaw_controls = np.array([dof[n] - 6 for side in ("left", "right") for n in self._jaws[side]], np.int64)
+        self._stroke = float(model.joint("leftJaw0").range[1])
+        qposadr = [0] * 6 + [int(model.jnt_qposadr[model.dof_jntid[i]]) for i in range(6, nv)]
+        self._qposadr = np.array(qposadr, np.int64)
+        self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
+        foot = spec.model.description.sole
+        self._feet = (foot.left, foot.right)
+        sites = [model.site(f"{name}_sole").id for name in self._feet]
+        step = sites[1] - sites[0]
+        two = slice(sites[0], sites[1] + (1 if step > 0 else -1) or None, step)
+        touch = [int(model.sensor(f"{name}_touch").adr[0]) for name in self._feet]
+        self._touch_index = np.array(touch)
+        self._touch = np.zeros(2)
+        self._arrays = law.Arrays(
+            legs=np.array([[dof[n] for n in leg] for leg in spec.legs], np.int64),
+            upper=self._upper,
+            m_rownnz=model.M_rownnz,
+            m_rowadr=model.M_rowadr,
+            m_colind=model.M_colind,
+            inertia=data.M,
+            bias=data.qfrc_bias[:nv],
+            passive=data.qfrc_passive[:nv],
+            qpos=data.qpos,
+            qvel=data.qvel[:nv],
+            qposadr=self._qposadr,
+            com=data.subtree_com[1],
+            cdof=data.cdof,
+            cdof_dot=data.cdof_dot,
+            sole=data.site_xpos[two],
+            sole_rotation=data.site_xmat[two],
+            touch=self._touch,
+            kp=model.actuator_gainprm[: nv - 6, 0].copy(),
+            kv=-model.actuator_biasprm[: nv - 6, 2].copy(),
+            control=data.ctrl[: nv - 6],
+        )
+        self._qref, self._vref, self._extra = np.zeros(nv - 6), np.zeros(nv - 6), np.zeros(nv - 6)
+        self._nv = nv
+        self._memory = np.zeros(law.MEMORY)
+        self.posture = np.zeros(len(self.upper_names))
+        self.jaws = (0.0, 0.0)
+        self.fallen = False
+        self.unfinished: Unfinished | None = None
+        self.walking: tuple[Plan, int] | None = None
+        self.stand: np.ndarray = np.zeros(law.COLUMNS)
+        self._stance = self._solve_stance()
+
+    # Setting up ----------------------------------------------------------------------------------------------------
+
+    def _solve_stance(self) -> RobotState:
+        """Bent knees, soles flat on the ground at z = 0, centre of mass over the soles' middle (bisection on the hips)."""
+        plant, spec = self.plant, self.spec
+        for name, value in zip(self.upper_names, self.named_posture("walk"), strict=True):
+            plant.set_angle(name, float(value))
+        plant.data.qpos[:7] = [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]
+        low, high = -0.2, 1.2
+        for _ in range(60):
+            middle = (low + high) / 2
+            if self._com_ahead_m(middle) > 0:
+                low = middle
+            else:
+                high = middle
+        self._com_ahead_m(low)
+        soles = self.soles()
+        height_m = plant.data.subtree_com[1][2] - soles[0].position[2]
+        plant.data.qpos[2] -= soles[0].position[2] + 0.0005
+        x, y = body_xy(soles)
+        plant.data.qpos[0] -= x
+        plant.data.qpos[1] -= y
+        plant.load(plant.save())
+        self.com_height_m = float(height_m)
+        self.pelvis_height_m = float(plant.data.qpos[2])
+        mass = float(plant.model.body_subtreemass[1])
+        half = np.array(spec.model.description.sole.size_m) / 2
+        self._gains = law.Gains(
+            omega=float(np.sqrt(9.81 / self.com_height_m)),
+            mass_kg=mass,
+            half_length_m=float(half[0]),
+            half_width_m=float(half[1]),
+            # A landing is felt at 6 % of the weight (80 N for Valkyrie, measured).
+            touchdown_n=80.0 * mass / 136.0,
+            tick_s=TICK_S,
+        )
+        memory = [0.0] * law.MEMORY
+        memory[law.LANDED] = memory[law.LANDED + 1] = 1.0
+        return RobotState(plant.save(), tuple(map(float, self.named_posture("walk"))), (0.0, 0.0), tuple(memory))
+
+    def _com_ahead_m(self, hip_rad: float) -> float:
+        """Centre of mass ahead of the soles' middle with the hips flexed by ``hip_rad``; more flexion leans back."""
+        for leg in self.spec.legs:
+            for name, value in zip(leg[2:5], (-hip_rad, self.spec.knee_rad, hip_rad - self.spec.knee_rad), strict=True):
+                self.plant.set_angle(name, value)
+        self.plant.load(self.plant.save())
+        return float(body_xy(self.soles())[0] - self.plant.data.subtree_com[1][0]) * -1.0
+
+    def standing(self) -> RobotState:
+        """The robot at the origin, just put down."""
+        return self._stance
+
+    def named_posture(self, name: str) -> np.ndarray:
+        """(n_upper,) angles of a posture; joints without a name in it are at zero or 2 % inside their nearer limit."""
+        posture = self.spec.postures[name]
+        values = []
+        for joint in self.upper_names:
+            limits = self.spec.model.description.joint(joint)
+            margin = 0.02 * (limits.upper_rad - limits.lower_rad)
+            value = posture.get(joint, 0.0)
+            values.append(min(max(value, limits.lower_rad + margin), limits.upper_rad - margin))
+        return np.array(values)
+
+    # State ---------------------------------------------------------------------------------------------------------
+
+    def load(self, state: RobotState, time_s: float = 0.0) -> None:
+        """Become that state."""
+        self.plant.load(state.plant, time_s)
+        self.posture = np.array(state.posture)
+        self.jaws = state.jaws
+        self._memory[:] = state.memory
+        self.fallen, self.unfinished, self.walking = state.fallen, state.unfinished, None
+        self.set_stand()
+
+    def save(self) -> RobotState:
+        """The state now."""
+        memory = tuple(float(x) for x in self._memory)
+        posture = tuple(float(x) for x in self.posture)
+        return RobotState(self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished())
+
+    def _unfinished(self) -> Unfinished | None:
+        if self.walking is None:
+            return None
+        plan, at = self.walking
+        return Unfinished(plan.rows[at:].tobytes(), tuple(end - at for end in plan.step_ends if end > at))
+
+    # Feeling -------------------------------------------------------------------------------------------------------
+
+    def q(self) -> np.ndarray:
+        """Measured angles of ``joint_names`` [rad]."""
+        angles: np.ndarray = self.plant.data.qpos[self._joint_qpos]
+        return angles
+
+    def upper(self) -> np.ndarray:
+        """Measured angles of ``upper_names`` [rad]."""
+        angles: np.ndarray = self.plant.data.qpos[self._qposadr[self._upper]]
+        return angles
+
+    def base(self) -> tuple[np.ndarray, np.ndarray]:
+        """Measured rotation (3, 3) and position (3,) of the pelvis."""
+        body = self.plant.data.body(1)
+        return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
+
+    def soles(self) -> tuple[Pose, Pose]:
+        """Poses of the soles' centres, left and right."""
+        return self.plant.site(f"{self._feet[0]}_sole"), self.plant.site(f"{self._feet[1]}_sole")
+
+    def feet(self) -> tuple[PlanarPose, PlanarPose]:
+        """Planar poses of the soles, left and right."""
+        left, right = self.soles()
+        return _planar(left), _planar(right)
+
+    def com(self) -> np.ndarray:
+        """Centre of mass (3,)."""
+        com: np.ndarray = self.plant.data.subtree_com[1].copy()
+        return com
+
+    def ground_z_m(self) -> float:
+        """Height of the ground on which the feet stand, as the law remembers it."""
+        return float(self._memory[law.GROUND])
+
+    def hand_force(self, side: Side) -> float:
+        """Sum of the touch sensors on the hand's bars [N]."""
+        return sum(self.plant.touch_n(f"{name}_touch") for name in self._jaws[side])
+
+    def jaw_gap(self, side: Side) -> tuple[float, float]:
+        """Measured positions of the hand's jaws [m], 0 open."""
+        a, b = (self.plant.angle(name) for name in self._jaws[side])
+        return a, b
+
+    def status(self) -> dict[str, float]:
+        """The task's status message, as last sent to the robot."""
+        return self.plant.scenery.status(self.plant, self.plant.memory)
+
+    def speed(self) -> float:
+        """Largest velocity of any degree of freedom [rad/s or m/s]."""
+        return float(np.abs(self.plant.data.qvel).max())
+
+    def has_fallen(self) -> bool:
+        """Whether the pelvis is too low or tilted too far."""
+        pelvis = self.plant.data.qpos
+        tilt_cos = 1 - 2 * (pelvis[4] ** 2 + pelvis[5] ** 2)
+        return bool(pelvis[2] < FALL_HEIGHT * self.pelvis_height_m or tilt_cos < FALL_TILT_COS)
+
+    # Acting --------------------------------------------------------------------------------------------------------
+
+    def set_stand(self) -> None:
+        """Take the feet as they are now for the standing reference."""
+        self.stand = stand_row(self.feet(), self.com_height_m, 0.0)
+
+    def tick(self, reference: Tick) -> bool:
+        """One control period of physics. Returns False when the robot has fallen."""
+        plant = self.plant
+        plant.begin_tick()
+        n = self._upper - 6
+        self._qref[n] = reference.posture
+        self._vref[n] = 0.0 if reference.rate is None else reference.rate
+        self._extra[n] = 0.0 if reference.torque is None else reference.torque
+        self._touch[:] = plant.data.sensordata[self._touch_index]
+        row = self.stand if reference.row is None else reference.row
+        law.tick(row, self._gains, self._memory, self._arrays, self._qref, self._vref, self._extra)
+        left, right = (jaw * self._stroke for jaw in reference.jaws)
+        plant.data.ctrl[self._jaw_controls] = (left, left, right, right)
+        plant.end_tick()
+        self.posture, self.jaws = reference.posture, reference.jaws
+        self.fallen = self.has_fallen()
+        return not self.fallen
+
+
+def body_xy(soles: tuple[Pose, Pose]) -> tuple[float, float]:
+    """Middle of both soles."""
+    x, y, _ = (soles[0].position + soles[1].position) / 2
+    return float(x), float(y)
+
+
+def _planar(pose: Pose) -> PlanarPose:
+    R, p = pose.rotation, pose.position
+    return float(p[0]), float(p[1]), float(np.arctan2(R[1, 0], R[0, 0]))

@@ -1,0 +1,263 @@
+"""Footsteps to a walking plan: piecewise-linear ZMP, closed-form DCM and centre of mass, one table.
+
+A plan is a table (n, law.COLUMNS) with one row a control tick. Within a tick the ZMP is constant, so DCM and centre of mass have closed forms:
+xi(k) = z + (xi(k+1) - z) e^{-w dt} backwards from rest on the last ZMP, and c(k+1) = z + (c(k) - z) e^{-w dt} + (xi(k) - z) sinh(w dt) forwards
+(linear inverted pendulum; Kajita et al., IROS 2001; Englsberger et al., T-RO 2015). No inverse kinematics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from teleop_sim.robot import law
+from teleop_sim.robot.commands import PlanarPose
+
+GRAVITY = 9.81
+LEFT, RIGHT = 0, 1
+
+
+@dataclass(frozen=True)
+class Gait:
+    """Walking figures.
+
+    ``swing_s``, ``transfer_s``: WPI's task code (both 0.7 s; val_task1.cpp). ``stride_m`` 0.3 and turning up to 0.2 rad with it, 0.6 rad on the spot:
+    WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a 2 cm bump (measured). ``width_m``: between sole
+    centres. ``first_s``, ``last_s``: first load shift and rest at the end (assumed).
+    """
+
+    swing_s: float = 0.7
+    transfer_s: float = 0.7
+    lift_m: float = 0.08
+    stride_m: float = 0.3
+    back_stride_m: float = 0.25
+    side_m: float = 0.1
+    turn_rad: float = 0.6
+    turn_walking_rad: float = 0.2
+    width_m: float = 0.26
+    first_s: float = 1.0
+    last_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class Footstep:
+    """A sole's next place: foot 0 (left) or 1, sole centre x, y [m], yaw [rad]."""
+
+    foot: int
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A walking plan. ``step_ends``: rows at which a swing foot has landed."""
+
+    rows: np.ndarray
+    omega: float
+    step_ends: tuple[int, ...]
+
+
+def sole_place(body: PlanarPose, foot: int, width_m: float) -> Footstep:
+    """Where a sole belongs under a body pose."""
+    x, y, yaw = body
+    half = width_m / 2 * (1 if foot == LEFT else -1)
+    return Footstep(foot, x - np.sin(yaw) * half, y + np.cos(yaw) * half, yaw)
+
+
+def wrap(angle_rad: float) -> float:
+    """The angle within (-pi, pi]."""
+    return float(np.pi - (np.pi - angle_rad) % (2 * np.pi))
+
+
+def body_between(feet: Sequence[PlanarPose]) -> PlanarPose:
+    """Pose of the middle of both soles."""
+    (x0, y0, a0), (x1, y1, a1) = feet
+    return (x0 + x1) / 2, (y0 + y1) / 2, a0 + wrap(a1 - a0) / 2
+
+
+def steps_along(
+    feet: Sequence[PlanarPose], bodies: Sequence[PlanarPose], first: int, gait: Gait
+) -> tuple[Footstep, ...]:
+    """Alternate feet under successive body poses, then bring the other foot beside."""
+    steps = []
+    foot = first
+    for body in bodies:
+        steps.append(sole_place(body, foot, gait.width_m))
+        foot = 1 - foot
+    if bodies:
+        steps.append(sole_place(bodies[-1], foot, gait.width_m))
+    return tuple(steps)
+
+
+def walk_bodies(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> list[PlanarPose]:
+    """Body poses, one a step, along straight legs: face the next place, walk to it; at the last, turn to its yaw."""
+    bodies: list[PlanarPose] = []
+    x, y, yaw = start
+    for px, py, _ in path:
+        distance = float(np.hypot(px - x, py - y))
+        if distance < 0.02:
+            continue
+        heading = float(np.arctan2(py - y, px - x))
+        turn = wrap(heading - yaw)
+        n = int(np.ceil(distance / gait.stride_m - 1e-9))
+        # What the strides can turn on the way need not be turned on the spot.
+        spot = np.sign(turn) * max(0.0, abs(turn) - 2 * gait.turn_walking_rad) if n > 3 else turn
+        bodies += turn_bodies((x, y, yaw), float(spot), gait)
+        yaw += float(spot)
+        rest = wrap(heading - yaw)
+        for k in range(1, n + 1):
+            u = k / n
+            done = np.clip(k * gait.turn_walking_rad, 0.0, abs(rest)) * np.sign(rest)
+            bodies.append((x + (px - x) * u, y + (py - y) * u, yaw + float(done)))
+        x, y, yaw = px, py, yaw + rest
+    return bodies + turn_bodies((x, y, yaw), wrap(path[-1][2] - yaw), gait)
+
+
+def turn_bodies(start: PlanarPose, turn_rad: float, gait: Gait) -> list[PlanarPose]:
+    """Body poses of a turn on the spot: each angle twice, once for each foot."""
+    x, y, yaw = start
+    n = int(np.ceil(abs(turn_rad) / gait.turn_rad - 1e-9))
+    return [(x, y, yaw + turn_rad * k / n) for k in range(1, n + 1) for _ in (0, 1)]
+
+
+def shift_bodies(start: PlanarPose, forward_m: float, left_m: float, gait: Gait) -> list[PlanarPose]:
+    """Body poses of a move in the robot's own frame without turning."""
+    x, y, yaw = start
+    c, s = np.cos(yaw), np.sin(yaw)
+    stride = gait.stride_m if forward_m > 0 else gait.back_stride_m
+    n = int(np.ceil(max(abs(forward_m) / stride, abs(left_m) / gait.side_m) - 1e-9))
+    moves = [(forward_m * k / n, left_m * k / n) for k in range(1, n + 1)]
+    # A side step needs both feet at each place, or the legs would cross.
+    repeat = (0, 1) if abs(left_m) > 1e-6 else (0,)
+    return [(x + c * f - s * m, y + s * f + c * m, yaw) for f, m in moves for _ in repeat]
+
+
+def first_foot(turn_rad: float, left_m: float = 0.0) -> int:
+    """The foot that leads: the inner one of a turn, the outer one of a side step."""
+    return LEFT if turn_rad + left_m > 0 else RIGHT
+
+
+def smooth(u: np.ndarray) -> np.ndarray:
+    """Quintic from 0 to 1 with zero velocity and acceleration at both ends."""
+    u = np.clip(u, 0.0, 1.0)
+    return u**3 * (10 - 15 * u + 6 * u * u)
+
+
+@dataclass(frozen=True)
+class _Phase:
+    duration_s: float
+    zmp0: np.ndarray
+    zmp1: np.ndarray
+    stance: float
+    swing: tuple[int, np.ndarray, np.ndarray] | None
+    feet: tuple[np.ndarray, np.ndarray]
+
+
+def _phases(feet: Sequence[PlanarPose], zmp: np.ndarray, steps: Sequence[Footstep], gait: Gait) -> list[_Phase]:
+    now = [np.array(f, float) for f in feet]
+    phases = []
+    for k, step in enumerate(steps):
+        onto = now[1 - step.foot][:2].copy()
+        both = (now[0].copy(), now[1].copy())
+        phases.append(_Phase(gait.first_s if k == 0 else gait.transfer_s, zmp, onto, law.BOTH, None, both))
+        yaw = now[step.foot][2] + wrap(step.yaw - now[step.foot][2])
+        goal = np.array([step.x, step.y, yaw])
+        swing = (step.foot, now[step.foot].copy(), goal)
+        phases.append(_Phase(gait.swing_s, onto, onto, float(1 - step.foot), swing, both))
+        now[step.foot] = goal
+        zmp = onto
+    both = (now[0].copy(), now[1].copy())
+    middle = (now[0][:2] + now[1][:2]) / 2
+    phases.append(_Phase(gait.transfer_s * 1.5 if steps else 0.2, zmp, middle, law.BOTH, None, both))
+    phases.append(_Phase(gait.last_s, middle, middle, law.BOTH, None, both))
+    return phases
+
+
+def make_plan(
+    feet: Sequence[PlanarPose],
+    com: np.ndarray,
+    com_height_m: float,
+    ground_z_m: float,
+    steps: Sequence[Footstep],
+    gait: Gait,
+    tick_s: float,
+) -> Plan:
+    """Plan a walk from rest to rest.
+
+    Args:
+        feet: sole centres now, left and right. com: centre of mass (2,) now. com_height_m: over the soles.
+        ground_z_m: height of the ground. steps: footsteps, alternating. tick_s: control period.
+    """
+    omega = float(np.sqrt(GRAVITY / com_height_m))
+    phases = _phases(feet, np.array(com, float), steps, gait)
+    counts = [max(1, round(p.duration_s / tick_s)) for p in phases]
+    n = sum(counts)
+    rows, soles, ends, at = np.zeros((n, law.COLUMNS)), np.zeros((n, 2, 4)), [], 0
+    for phase, count in zip(phases, counts, strict=True):
+        _fill_phase(rows[at : at + count], soles[at : at + count], phase, ground_z_m, gait)
+        at += count
+        if phase.swing is not None:
+            ends.append(at)
+    _fill_feet(rows, soles, tick_s)
+    rows[:, law.HEIGHT] = com_height_m + ground_z_m
+    rows[:, law.XI : law.XI + 2] = _reference_dcm(rows[:, law.ZMP : law.ZMP + 2], np.array(com, float), omega, tick_s)
+    return Plan(rows, omega, tuple(ends))
+
+
+def _fill_phase(rows: np.ndarray, soles: np.ndarray, phase: _Phase, ground_z_m: float, gait: Gait) -> None:
+    u = (np.arange(len(rows)) + 0.5) / len(rows)
+    rows[:, law.ZMP : law.ZMP + 2] = phase.zmp0 + (phase.zmp1 - phase.zmp0) * smooth(u)[:, None]
+    rows[:, law.STANCE] = phase.stance
+    for i in (LEFT, RIGHT):
+        soles[:, i, :2], soles[:, i, 2], soles[:, i, 3] = phase.feet[i][:2], ground_z_m, phase.feet[i][2]
+    if phase.swing is not None:
+        i, start, goal = phase.swing
+        along = smooth((u - 0.02) / 0.9)
+        moved = start + (goal - start) * along[:, None]
+        soles[:, i, :2], soles[:, i, 3] = moved[:, :2], moved[:, 2]
+        soles[:, i, 2] = ground_z_m + gait.lift_m * np.where(u < 0.42, smooth(u / 0.42), smooth((0.95 - u) / 0.53))
+        rows[0, law.LIFT] = 1.0
+
+
+def _fill_feet(rows: np.ndarray, soles: np.ndarray, tick_s: float) -> None:
+    n = len(rows)
+    velocity, acceleration = np.zeros_like(soles), np.zeros_like(soles)
+    velocity[1:-1] = (soles[2:] - soles[:-2]) / (2 * tick_s)
+    acceleration[1:-1] = (soles[2:] - 2 * soles[1:-1] + soles[:-2]) / tick_s**2
+    ahead = round(0.05 / tick_s)
+    falling = soles[np.minimum(np.arange(n) + ahead, n - 1), :, 2] - soles[:, :, 2] < -1e-4
+    for i in (LEFT, RIGHT):
+        f = law.FOOT + 12 * i
+        rows[:, f : f + 3] = soles[:, i, :3]
+        rows[:, f + 3 : f + 6] = velocity[:, i, :3]
+        rows[:, f + 6 : f + 9] = acceleration[:, i, :3]
+        rows[:, f + 9], rows[:, f + 10], rows[:, f + 11] = soles[:, i, 3], velocity[:, i, 3], falling[:, i]
+    rows[:, law.YAW] = soles[:, :, 3].mean(1)
+    rows[:, law.YAW_RATE] = velocity[:, :, 3].mean(1)
+
+
+def _reference_dcm(zmp: np.ndarray, com: np.ndarray, omega: float, tick_s: float) -> np.ndarray:
+    n = len(zmp)
+    decay, growth = np.exp(-omega * tick_s), np.sinh(omega * tick_s)
+    xi = np.empty((n + 1, 2))
+    xi[n] = zmp[-1]
+    for k in range(n - 1, -1, -1):
+        xi[k] = zmp[k] + (xi[k + 1] - zmp[k]) * decay
+    # The DCM must start where the robot is: the start's offset decays into the first load shift through the feedback.
+    return xi[:n]
+
+
+def stand_row(feet: Sequence[PlanarPose], com_height_m: float, ground_z_m: float) -> np.ndarray:
+    """The row (COLUMNS,) that keeps a robot standing on its feet, load in the middle."""
+    row = np.zeros(law.COLUMNS)
+    middle = np.array(body_between(feet))
+    row[law.XI : law.XI + 2] = row[law.ZMP : law.ZMP + 2] = middle[:2]
+    row[law.STANCE], row[law.YAW], row[law.HEIGHT] = law.BOTH, middle[2], com_height_m + ground_z_m
+    for i in (LEFT, RIGHT):
+        f = law.FOOT + 12 * i
+        row[f : f + 3] = feet[i][0], feet[i][1], ground_z_m
+        row[f + 9] = feet[i][2]
+    return row

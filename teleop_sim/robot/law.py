@@ -1,0 +1,376 @@
+"""One control tick of the legs: closed-form whole-body inverse dynamics, compiled.
+
+Works on MuJoCo's own arrays (``cdof``, ``cdof_dot``, the sparse ``M`` whose base rows are also the centre-of-mass Jacobian, ``qfrc_bias``);
+no second dynamics library, no quadratic program. Unknowns: 6 base and 12 leg accelerations. Tasks: both soles (12), centre of
+mass (3), pelvis rotation (3). The structure leaves two 6x6 solves and one 3x3.
+
+Balance: the divergent component of motion xi = c + c'/omega is steered by the centre of pressure,
+p = zmp + (1 + k/omega)(xi - xi_ref), clamped to the soles (Englsberger, Ott, Albu-Schaeffer, IEEE T-RO 31 (2015), 355-368).
+Not modelled: friction limits in the law (physics has them), torque limits (the actuators clip), self-collision.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+# Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
+XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, FOOT = 0, 2, 4, 5, 6, 7, 8, 9
+COLUMNS = FOOT + 24
+BOTH = 2.0
+"""Value of STANCE with both feet on the ground; else the index of the standing foot."""
+
+# Columns of the law's memory: offset of the ground's height; landed flags; sole heights; last centre of pressure; DCM error.
+GROUND, LANDED, SOLE_Z, COP, ERROR = 0, 1, 3, 5, 7
+MEMORY = 9
+
+
+class Gains(NamedTuple):
+    """Parameters of the law; measured in trials to walk 40 of 40 unseen seeds (friction 0.4 to 1, pushes, bump)."""
+
+    omega: float
+    mass_kg: float
+    half_length_m: float
+    half_width_m: float
+    touchdown_n: float
+    tick_s: float
+    gravity: float = 9.81
+    dcm: float = 4.0
+    sole_margin_m: float = 0.012
+    swing: float = 12.0
+    stance_damping: float = 20.0
+    rotation: float = 128.0
+    rotation_damping: float = 22.0
+    height: float = 64.0
+    height_damping: float = 16.0
+    upper: float = 90.0
+    upper_damping: float = 18.0
+
+
+class Arrays(NamedTuple):
+    """Views of MuJoCo's arrays, cut to the robot's degrees of freedom, which come first."""
+
+    legs: np.ndarray
+    upper: np.ndarray
+    m_rownnz: np.ndarray
+    m_rowadr: np.ndarray
+    m_colind: np.ndarray
+    inertia: np.ndarray
+    bias: np.ndarray
+    passive: np.ndarray
+    qpos: np.ndarray
+    qvel: np.ndarray
+    qposadr: np.ndarray
+    com: np.ndarray
+    cdof: np.ndarray
+    cdof_dot: np.ndarray
+    sole: np.ndarray
+    sole_rotation: np.ndarray
+    touch: np.ndarray
+    kp: np.ndarray
+    kv: np.ndarray
+    control: np.ndarray
+
+
+@njit(cache=True)
+def solve(A, b):  # type: ignore[no-untyped-def]
+    """Gauss elimination with pivoting in place: b becomes the solution of A x = b. Tiny pivots are held at 1e-4."""
+    n, m = A.shape[0], b.shape[1]
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[p, k]):
+                p = i
+        if p != k:
+            for j in range(n):
+                A[k, j], A[p, j] = A[p, j], A[k, j]
+            for j in range(m):
+                b[k, j], b[p, j] = b[p, j], b[k, j]
+        if abs(A[k, k]) < 1e-4:
+            A[k, k] = 1e-4 if A[k, k] >= 0 else -1e-4
+        for i in range(k + 1, n):
+            f = A[i, k] / A[k, k]
+            for j in range(k + 1, n):
+                A[i, j] -= f * A[k, j]
+            for j in range(m):
+                b[i, j] -= f * b[k, j]
+    for j in range(m):
+        for i in range(n - 1, -1, -1):
+            s = b[i, j]
+            for k in range(i + 1, n):
+                s -= A[i, k] * b[k, j]
+            b[i, j] = s / A[i, i]
+
+
+@njit(cache=True)
+def clip(x, low, high):  # type: ignore[no-untyped-def]
+    """x kept within [low, high]."""
+    return low if x < low else (high if x > high else x)
+
+
+@njit(cache=True)
+def cross(a, b):  # type: ignore[no-untyped-def]
+    """a x b."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+@njit(cache=True)
+def tilt_error(R, c, s):  # type: ignore[no-untyped-def]
+    """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
+    e = cross(R[:, 0], np.array([c, s, 0.0])) + cross(R[:, 1], np.array([-s, c, 0.0]))
+    return 0.5 * (e + cross(R[:, 2], np.array([0.0, 0.0, 1.0])))
+
+
+@njit(cache=True)
+def base_rotation(qpos):  # type: ignore[no-untyped-def]
+    """Rotation matrix of the free root."""
+    w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
+    R = np.empty((3, 3))
+    R[0, 0] = 1 - 2 * (y * y + z * z)
+    R[0, 1] = 2 * (x * y - w * z)
+    R[0, 2] = 2 * (x * z + w * y)
+    R[1, 0] = 2 * (x * y + w * z)
+    R[1, 1] = 1 - 2 * (x * x + z * z)
+    R[1, 2] = 2 * (y * z - w * x)
+    R[2, 0] = 2 * (x * z - w * y)
+    R[2, 1] = 2 * (y * z + w * x)
+    R[2, 2] = 1 - 2 * (x * x + y * y)
+    return R
+
+
+@njit(cache=True)
+def com_velocity(a, mass):  # type: ignore[no-untyped-def]
+    """Centre-of-mass velocity: the base's linear rows of M times qvel, over the mass."""
+    p = np.zeros(3)
+    for i in range(a.qvel.size):
+        for k in range(a.m_rowadr[i], a.m_rowadr[i] + a.m_rownnz[i]):
+            j = a.m_colind[k]
+            if j < 3:
+                p[j] += a.inertia[k] * a.qvel[i]
+            if i < 3 and j < i:
+                p[i] += a.inertia[k] * a.qvel[j]
+    return p / mass
+
+
+@njit(cache=True)
+def centre_of_pressure(row, g, memory, a, velocity):  # type: ignore[no-untyped-def]
+    """Wanted centre of pressure x, y, kept on the sole or on the hull of both, and the left foot's share of the load."""
+    ex = a.com[0] + velocity[0] / g.omega - row[XI]
+    ey = a.com[1] + velocity[1] / g.omega - row[XI + 1]
+    gain = 1.0 + g.dcm / g.omega
+    px, py = row[ZMP] + gain * ex, row[ZMP + 1] + gain * ey
+    yaw0 = np.arctan2(a.sole_rotation[0, 3], a.sole_rotation[0, 0])
+    yaw1 = np.arctan2(a.sole_rotation[1, 3], a.sole_rotation[1, 0])
+    stance = int(row[STANCE])
+    if stance == 2:
+        dx, dy = a.sole[1, 0] - a.sole[0, 0], a.sole[1, 1] - a.sole[0, 1]
+        s = clip(((px - a.sole[0, 0]) * dx + (py - a.sole[0, 1]) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        bx, by = a.sole[0, 0] + s * dx, a.sole[0, 1] + s * dy
+        yaw, left = yaw0 * (1 - s) + yaw1 * s, 1 - s
+    else:
+        bx, by = a.sole[stance, 0], a.sole[stance, 1]
+        yaw, left = (yaw0, 1.0) if stance == 0 else (yaw1, 0.0)
+    c, s = np.cos(yaw), np.sin(yaw)
+    hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
+    lx = clip(c * (px - bx) + s * (py - by), -hx, hx)
+    ly = clip(-s * (px - bx) + c * (py - by), -hy, hy)
+    memory[COP], memory[COP + 1] = bx + c * lx - s * ly, by + s * lx + c * ly
+    memory[ERROR], memory[ERROR + 1] = ex, ey
+    return left
+
+
+@njit(cache=True)
+def feel_ground(row, g, memory, a):  # type: ignore[no-untyped-def]
+    """Remember which feet have landed and how high the ground is under them."""
+    stance = int(row[STANCE])
+    for i in range(2):
+        if stance == 2 or stance == i:
+            memory[LANDED + i] = 1.0
+        elif row[LIFT] > 0:
+            memory[LANDED + i] = 0.0
+        elif row[FOOT + 12 * i + 11] > 0 and a.touch[i] > g.touchdown_n:
+            memory[LANDED + i] = 1.0
+        if memory[LANDED + i] > 0:
+            memory[SOLE_Z + i] = a.sole[i, 2]
+    target = 0.5 * (memory[SOLE_Z] + memory[SOLE_Z + 1]) if stance == 2 else memory[SOLE_Z + stance]
+    # The body follows a change of the ground slowly, at 0.1 m/s.
+    memory[GROUND] += clip(target - memory[GROUND], -0.1 * g.tick_s, 0.1 * g.tick_s)
+
+
+@njit(cache=True)
+def sole_task(i, row, g, memory, a, Jl, Jb):  # type: ignore[no-untyped-def]
+    """Fill the leg's (6, 6) and the base rotation's (6, 3) Jacobian of a sole; return the wanted minus drift acceleration."""
+    r = a.sole[i] - a.com
+    drift, velocity = np.zeros(6), np.zeros(6)
+    for n in range(12):
+        k = n if n < 6 else a.legs[i, n - 6]
+        cr, cq, v = a.cdof[k], a.cdof_dot[k], a.qvel[k]
+        jx = cr[3] + cr[1] * r[2] - cr[2] * r[1]
+        jy = cr[4] + cr[2] * r[0] - cr[0] * r[2]
+        jz = cr[5] + cr[0] * r[1] - cr[1] * r[0]
+        if n >= 3:
+            J, column = (Jl, n - 6) if n >= 6 else (Jb, n - 3)
+            J[0, column], J[1, column], J[2, column] = jx, jy, jz
+            J[3, column], J[4, column], J[5, column] = cr[0], cr[1], cr[2]
+        velocity[0] += jx * v
+        velocity[1] += jy * v
+        velocity[2] += jz * v
+        for b in range(3):
+            velocity[3 + b] += cr[b] * v
+            drift[3 + b] += cq[b] * v
+            drift[b] += cq[3 + b] * v
+    drift[:3] += cross(drift[3:], r) + cross(velocity[3:], velocity[:3])
+    wanted = np.empty(6)
+    if memory[LANDED + i] > 0:
+        wanted[:] = -g.stance_damping * velocity
+    else:
+        f, k = FOOT + 12 * i, g.swing
+        e = tilt_error(a.sole_rotation[i].copy().reshape(3, 3), np.cos(row[f + 9]), np.sin(row[f + 9]))
+        for n in range(3):
+            wanted[n] = row[f + 6 + n] + 2 * k * (row[f + 3 + n] - velocity[n]) + k * k * (row[f + n] - a.sole[i, n])
+            spin = row[f + 10] if n == 2 else 0.0
+            wanted[3 + n] = 2 * k * (spin - velocity[3 + n]) + k * k * e[n]
+    return wanted - drift
+
+
+@njit(cache=True)
+def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):  # type: ignore[no-untyped-def]
+    """Accelerations of all degrees of freedom (nv,) that fulfil the tasks."""
+    nv = a.qvel.size
+    qdd = np.zeros(nv)
+    for i in a.upper:
+        qdd[i] = g.upper * (qref[i - 6] - a.qpos[a.qposadr[i]]) + g.upper_damping * (vref[i - 6] - a.qvel[i])
+    e = tilt_error(Rb, np.cos(row[YAW]), np.sin(row[YAW]))
+    for n in range(3):
+        along = Rb[0, n] * e[0] + Rb[1, n] * e[1] + Rb[2, n] * e[2]
+        qdd[3 + n] = g.rotation * along + g.rotation_damping * (Rb[2, n] * row[YAW_RATE] - a.qvel[3 + n])
+    # Each leg's accelerations as u0 + u123 times the base's linear acceleration.
+    u = np.empty((2, 6, 4))
+    for i in range(2):
+        Jb = np.empty((6, 3))
+        w = sole_task(i, row, g, memory, a, Jl[i], Jb)
+        for n in range(6):
+            b = w[n]
+            for k in range(3):
+                b -= Jb[n, k] * qdd[3 + k]
+                u[i, n, 1 + k] = -1.0 if n == k else 0.0
+            u[i, n, 0] = b
+        solve(Jl[i].copy(), u[i])
+    # Centre of mass: M[:3] qdd + h[:3] = mass (a + g).
+    B, b3 = np.zeros((3, 3)), np.empty((3, 1))
+    a3 = np.empty(3)
+    a3[0] = g.omega * g.omega * (a.com[0] - memory[COP])
+    a3[1] = g.omega * g.omega * (a.com[1] - memory[COP + 1])
+    a3[2] = g.height * (row[HEIGHT] + memory[GROUND] - a.com[2]) - g.height_damping * velocity[2] + g.gravity
+    for n in range(3):
+        B[n, n] = g.mass_kg
+        b3[n, 0] = g.mass_kg * a3[n] - a.bias[n]
+    for i in range(3, nv):
+        for n in range(3):
+            b3[n, 0] -= a.inertia[a.m_rowadr[i] + n] * qdd[i]
+    for i in range(2):
+        for k in range(6):
+            d = a.legs[i, k]
+            for n in range(3):
+                m = a.inertia[a.m_rowadr[d] + n]
+                b3[n, 0] -= m * u[i, k, 0]
+                for c in range(3):
+                    B[n, c] += m * u[i, k, 1 + c]
+    solve(B, b3)
+    for n in range(3):
+        qdd[n] = b3[n, 0]
+    for i in range(2):
+        for k in range(6):
+            drop = u[i, k, 1] * b3[0, 0] + u[i, k, 2] * b3[1, 0] + u[i, k, 3] * b3[2, 0]
+            qdd[a.legs[i, k]] = u[i, k, 0] + drop
+    return qdd
+
+
+@njit(cache=True)
+def foot_wrenches(row, a, tau, Rb, left):  # type: ignore[no-untyped-def]
+    """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
+    F, W = np.zeros((2, 6)), np.empty(6)
+    for n in range(3):
+        W[n] = tau[n]
+        W[3 + n] = Rb[n, 0] * tau[3] + Rb[n, 1] * tau[4] + Rb[n, 2] * tau[5]
+    origin = a.qpos[:3]
+    stance = int(row[STANCE])
+    if stance != 2:
+        t = cross(a.sole[stance] - origin, W[:3])
+        for n in range(3):
+            F[stance, n], F[stance, 3 + n] = W[n], W[3 + n] - t[n]
+        return F
+    # A newton metre costs as much as a newton at 0.06 m, about the sole's half width.
+    cost = 0.0036
+    G, S = np.zeros((6, 6)), np.zeros((2, 3, 3))
+    for i in range(2):
+        share = max(left if i == 0 else 1 - left, 1e-4)
+        r = a.sole[i] - origin
+        S[i] = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+        G[:3, :3] += share * np.eye(3)
+        G[3:, 3:] += share * cost * np.eye(3) + share * (S[i] @ S[i].T)
+        G[3:, :3] += share * S[i]
+        G[:3, 3:] += share * S[i].T
+    lam = W.copy().reshape(6, 1)
+    solve(G, lam)
+    for i in range(2):
+        share = max(left if i == 0 else 1 - left, 1e-4)
+        for n in range(3):
+            v = lam[n, 0]
+            for c in range(3):
+                v += S[i, c, n] * lam[3 + c, 0]
+            F[i, n], F[i, 3 + n] = share * v, share * cost * lam[3 + n, 0]
+    return F
+
+
+@njit(cache=True)
+def carry(F, g, a, Jl, tau):  # type: ignore[no-untyped-def]
+    """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
+    hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
+    for i in range(2):
+        R = a.sole_rotation[i].copy().reshape(3, 3)
+        force, moment = R.T @ F[i, :3], R.T @ F[i, 3:]
+        if force[2] < 1.0:
+            continue
+        moment[1] = -clip(-moment[1] / force[2], -hx, hx) * force[2]
+        moment[0] = clip(moment[0] / force[2], -hy, hy) * force[2]
+        turned = R @ moment
+        for k in range(6):
+            for n in range(3):
+                tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]
+
+
+@njit(cache=True)
+def tick(row, g, memory, a, qref, vref, extra):  # type: ignore[no-untyped-def]
+    """One control period: read the arrays, set ``a.control``.
+
+    Args:
+        row: (COLUMNS,) of the walking or standing plan. g: Gains. memory: (MEMORY,), changed. a: Arrays.
+        qref, vref, extra: (nv - 6,) reference angles and rates of the upper body and torques to add; legs' entries unused.
+    """
+    nv = a.qvel.size
+    velocity = com_velocity(a, g.mass_kg)
+    left = centre_of_pressure(row, g, memory, a, velocity)
+    feel_ground(row, g, memory, a)
+    Rb = base_rotation(a.qpos)
+    Jl = np.empty((2, 6, 6))
+    qdd = accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb)
+    tau = np.empty(nv)
+    for i in range(nv):
+        tau[i] = a.bias[i] - (a.passive[i] if i > 5 else 0.0)
+    for i in range(nv):
+        for k in range(a.m_rowadr[i], a.m_rowadr[i] + a.m_rownnz[i]):
+            j = a.m_colind[k]
+            tau[i] += a.inertia[k] * qdd[j]
+            if j < i:
+                tau[j] += a.inertia[k] * qdd[i]
+    carry(foot_wrenches(row, a, tau, Rb, left), g, a, Jl, tau)
+    # The actuators make force = kp (control - q) - kv qd.
+    for i in range(6, nv):
+        k = i - 6
+        a.control[k] = a.qpos[a.qposadr[i]] + (a.kv[k] * a.qvel[i] + tau[i]) / a.kp[k]
+    for i in a.upper:
+        k = i - 6
+        a.control[k] = qref[k] + (a.kv[k] * vref[k] + tau[i] + extra[k]) / a.kp[k]

@@ -1,0 +1,37 @@
+"""The plainest scenery: a level floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+
+from teleop_sim.world.plant import Plant
+
+
+@dataclass(frozen=True)
+class BareFloor:
+    """A floor at z = 0 with one friction coefficient; no task, no status."""
+
+    friction: float = 0.8
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the floor."""
+        spec.worldbody.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[20.0, 20.0, 0.1],
+            contype=1,
+            conaffinity=7,
+            condim=3,
+            friction=[self.friction, 0.005, 0.0001],
+            solref=[0.01, 1.0],
+        )
+
+    def tick(self, plant: Plant, memory: tuple[float, ...]) -> tuple[float, ...]:  # noqa: ARG002
+        """Nothing in it moves by itself."""
+        return memory
+
+    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:  # noqa: ARG002
+        """There is no task."""
+        return {}

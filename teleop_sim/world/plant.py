@@ -1,0 +1,217 @@
+"""The plant: one MuJoCo model and its data. Everything that moves is in here, and nothing else steps it.
+
+Settings were measured to hold (docs/physics.md): ``implicitfast``, Newton, elliptic cones, impratio 10; 4 ms a step, one control tick every
+20 ms. ``jacobian="dense"`` avoids a sparse-Hessian bug of mujoco 4.0.0. ``ls_iterations`` must not be lowered: walks fail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from teleop_sim.world.robot_model import ROBOT_GROUP, RobotModel, add_robot
+
+TIMESTEP_S = 0.004
+TICK_S = 0.02
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Scenery(Protocol):
+    """What stands round the robot and how it behaves between control ticks."""
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add bodies, geoms and actuators to the model, after the robot."""
+
+    def tick(self, plant: Plant, memory: tuple[float, ...]) -> tuple[float, ...]:
+        """Set the scenery's own actuators for the next tick; return the scenery's memory."""
+
+    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
+        """The status message that the task sends the robot; empty when there is none."""
+
+
+@dataclass(frozen=True)
+class PlantState:
+    """All of MuJoCo's state but the time, and the scenery's memory. A value: equal states give equal futures."""
+
+    physics: bytes
+    memory: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A frame in the world: rotation (3, 3), columns are its axes; position (3,) [m]."""
+
+    rotation: np.ndarray
+    position: np.ndarray
+
+
+class Plant:
+    """A robot in its scenery.
+
+    Args:
+        robot: the body to build.
+        scenery: what stands round it.
+        stopwatch: reads a clock [s] for profiling only; the simulation never sees it.
+    """
+
+    def __init__(self, robot: RobotModel, scenery: Scenery, stopwatch: Callable[[], float] | None = None) -> None:
+        spec = _options()
+        add_robot(spec, robot)
+        scenery.add_to(spec)
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self.scenery = scenery
+        self.memory: tuple[float, ...] = ()
+        self.stopwatch = stopwatch
+        self.stepping_s = 0.0
+        self.steps_per_tick = round(TICK_S / TIMESTEP_S)
+        names = [joint.name for joint in robot.description.depth_first()]
+        self.robot_joints: tuple[str, ...] = tuple(names)
+        self.nv_robot = 6 + len(names) + 2 * len(robot.hands)
+        self.joint_names: tuple[str, ...] = tuple(
+            self.model.joint(i).name for i in range(self.model.njnt) if self.model.jnt_type[i] != 0
+        )
+        self._qposadr = {name: int(self.model.joint(name).qposadr[0]) for name in self.joint_names}
+        self._groups = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
+
+    # State ---------------------------------------------------------------------------------------------------------
+
+    def save(self) -> PlantState:
+        """The state now, without the time: physics does not depend on it."""
+        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self.data, state, _STATE)
+        state[0] = 0.0
+        return PlantState(state.tobytes(), self.memory)
+
+    def load(self, state: PlantState, time_s: float = 0.0) -> None:
+        """Go to a state at a time of the one clock."""
+        values = np.frombuffer(state.physics).copy()
+        values[0] = time_s
+        mujoco.mj_setState(self.model, self.data, values, _STATE)
+        mujoco.mj_forward(self.model, self.data)
+        # forward() may refresh the solver's warm start; only the saved one repeats bit for bit.
+        mujoco.mj_setState(self.model, self.data, values, _STATE)
+        self.memory = state.memory
+
+    @property
+    def time_s(self) -> float:
+        """MuJoCo's time."""
+        return float(self.data.time)
+
+    # Stepping ------------------------------------------------------------------------------------------------------
+
+    def begin_tick(self) -> None:
+        """Bring kinematics and bias forces up to date: first half of a step, before the control law."""
+        start_s = self.stopwatch() if self.stopwatch else 0.0
+        mujoco.mj_step1(self.model, self.data)
+        self.memory = self.scenery.tick(self, self.memory)
+        self._count(start_s)
+
+    def end_tick(self) -> None:
+        """Second half of that step with the controls now set, then the rest of the tick."""
+        start_s = self.stopwatch() if self.stopwatch else 0.0
+        mujoco.mj_step2(self.model, self.data)
+        mujoco.mj_step(self.model, self.data, self.steps_per_tick - 1)
+        self._count(start_s)
+
+    def _count(self, start_s: float) -> None:
+        if self.stopwatch:
+            self.stepping_s += self.stopwatch() - start_s
+
+    # Reading -------------------------------------------------------------------------------------------------------
+
+    def angle(self, joint: str) -> float:
+        """Position of one joint [rad or m]."""
+        return float(self.data.qpos[self._qposadr[joint]])
+
+    def angles(self) -> np.ndarray:
+        """Positions of all joints but the root, in the order of ``joint_names``."""
+        joints: np.ndarray = self.data.qpos[7:].copy()
+        return joints
+
+    def set_angle(self, joint: str, value: float) -> None:
+        """Place one joint; for setting up, not for moving."""
+        self.data.qpos[self._qposadr[joint]] = value
+
+    def set_control(self, actuator: str, value: float) -> None:
+        """Set one actuator's control."""
+        self.data.ctrl[self.model.actuator(actuator).id] = value
+
+    def pelvis(self) -> np.ndarray:
+        """Root position and quaternion w, x, y, z, (7,)."""
+        pose: np.ndarray = self.data.qpos[:7].copy()
+        return pose
+
+    def site(self, name: str) -> Pose:
+        """Pose of a named site."""
+        site = self.data.site(name)
+        return Pose(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
+
+    def touch_n(self, name: str) -> float:
+        """Reading of a touch sensor [N]."""
+        return float(self.data.sensor(name).data[0])
+
+    def contacts(self) -> tuple[tuple[str, str], ...]:
+        """Names of the geoms now touching, each pair (robot's, world's) once."""
+        model, data = self.model, self.data
+        pairs = []
+        for a, b in data.contact.geom[: data.ncon]:
+            if model.geom_group[b] == ROBOT_GROUP:
+                a, b = b, a
+            pair = (model.geom(int(a)).name, model.geom(int(b)).name)
+            if pair not in pairs:
+                pairs.append(pair)
+        return tuple(pairs)
+
+    # Rays ----------------------------------------------------------------------------------------------------------
+
+    def cast(
+        self, origin: np.ndarray, directions: np.ndarray, cutoff_m: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cast rays at the world; the robot's own geoms are left out.
+
+        Args:
+            origin: (3,). directions: (n, 3) unit vectors. cutoff_m: nothing beyond is hit.
+
+        Returns:
+            Distances (n,) [m], -1 for nothing; geom ids (n,); surface normals (n, 3).
+        """
+        n = len(directions)
+        geoms, distances, normals = np.empty(n, np.int32), np.empty(n), np.empty(3 * n)
+        flat = np.ascontiguousarray(directions, float).ravel()
+        mujoco.mj_multiRay(
+            self.model, self.data, origin, flat, self._groups, 1, -1, geoms, distances, normals, n, cutoff_m
+        )
+        return distances, geoms, normals.reshape(-1, 3)
+
+    def colour(self, geoms: np.ndarray) -> np.ndarray:
+        """Red, green, blue (n, 3) of geoms, 0 to 1."""
+        rgb: np.ndarray = self.model.geom_rgba[geoms, :3]
+        return rgb
+
+    def textured(self, geoms: np.ndarray) -> np.ndarray:
+        """Whether geoms have a material, (n,)."""
+        has: np.ndarray = self.model.geom_matid[geoms] >= 0
+        return has
+
+
+def _options() -> mujoco.MjSpec:
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.compiler.autolimits = False
+    option = spec.option
+    option.timestep = TIMESTEP_S
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    option.impratio = 10.0
+    option.iterations = 100
+    option.ls_iterations = 50
+    option.tolerance = 1e-8
+    option.gravity = [0.0, 0.0, -9.81]
+    return spec
