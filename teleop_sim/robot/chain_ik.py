@@ -18,7 +18,8 @@ import pinocchio as pin
 
 from teleop_sim.robot.clearance import forearm_gap
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.kinematics import TORSO, Kinematics, arm_joints
+from teleop_sim.robot.kinematics import Kinematics, arm_joints
+from teleop_sim.robot.valkyrie import TORSO
 
 POSITION_TOLERANCE_M = 5e-4
 AXIS_TOLERANCE_RAD = 0.01

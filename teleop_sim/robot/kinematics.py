@@ -8,23 +8,19 @@ pelvis' part in the pelvis' own frame.
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.hand import CAGE, CageHand, tool_in_palm
+from teleop_sim.robot.valkyrie import ARM, valkyrie
+from teleop_sim.world.description import Description, Joint, Link, inertia_matrix, rotation_rpy
+from teleop_sim.world.robot_model import HandMount, RobotModel
 
-LEG = ("HipYaw", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-ARM = ("ShoulderPitch", "ShoulderRoll", "ShoulderYaw", "ElbowPitch", "ForearmYaw", "WristRoll", "WristPitch")
-TORSO = ("torsoYaw", "torsoPitch", "torsoRoll")
 SIDES: tuple[Side, Side] = ("left", "right")
-_FINGER = ("Thumb", "Finger", "Pinky")
 
 
 @dataclass(frozen=True)
@@ -78,23 +74,26 @@ def arm_joints(side: Side) -> tuple[str, ...]:
 
 
 @functools.cache
-def valkyrie(hand: CageHand = CAGE) -> Kinematics:
-    """Valkyrie with its fingers folded stiffly into the palms and a cage hand on each.
-
-    Source: ``valkyrie.json`` in this package (its ``source`` says where its figures are from).
-    """
-    described = json.loads((files("teleop_sim.robot") / "valkyrie.json").read_text())
-    return build(described, hand)
+def valkyrie_kinematics() -> Kinematics:
+    """Valkyrie's planning model, with its fingers folded stiffly into the palms and a cage hand on each."""
+    return build(valkyrie().model)
 
 
-def build(described: dict[str, Any], hand: CageHand) -> Kinematics:
-    """Make the planning model from a robot's description and its hand."""
-    whole = _tree(described)
-    fingers = [i for i, name in enumerate(whole.names) if any(part in name for part in _FINGER)]
-    model = pin.buildReducedModel(whole, fingers, pin.neutral(whole))
+def build(robot: RobotModel) -> Kinematics:
+    """Make the planning model of a robot from the same description as its physical model."""
+    description = robot.description
+    model = pin.Model()
+    root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
+    model.appendBodyToJoint(root, _inertia(description.link(description.root)), pin.SE3.Identity())
+    carriers = {description.root: int(root)}
+    # Depth first: Pinocchio's algorithms take the joints of a subtree to be neighbours.
+    for joint in description.depth_first():
+        carriers[joint.child] = number = _add_joint(model, carriers[joint.parent], joint)
+        model.appendBodyToJoint(number, _inertia(description.link(joint.child)), pin.SE3.Identity())
     # All frames go in before any Data is made: a frame added later is written past the end of older Data.
-    soles = [_add_sole(model, described["foot"], side) for side in SIDES]
-    tools = {side: _add_hand(model, side, hand) for side in SIDES}
+    feet = (description.sole.left, description.sole.right)
+    soles = [_add_sole(model, carriers[foot], description) for foot in feet]
+    tools = {mount.side: _add_hand(model, carriers[mount.palm], mount) for mount in robot.hands}
     return Kinematics(
         model=model,
         data=model.createData(),
@@ -102,60 +101,34 @@ def build(described: dict[str, Any], hand: CageHand) -> Kinematics:
         lower=model.lowerPositionLimit[7:].copy(),
         upper=model.upperPositionLimit[7:].copy(),
         soles=(soles[0], soles[1]),
-        tools=tools,
+        tools={side: tools[side] for side in SIDES},
     )
 
 
-def _tree(described: dict[str, Any]) -> Any:
-    model = pin.Model()
-    links = {link["name"]: link for link in described["links"]}
-    root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
-    model.appendBodyToJoint(root, _inertia(links[described["root"]]), pin.SE3.Identity())
-    branches: dict[str, list[dict[str, Any]]] = {name: [] for name in links}
-    for joint in described["joints"]:
-        branches[joint["parent"]].append(joint)
-
-    def grow(link: str, carrier: int) -> None:
-        # Depth first: Pinocchio's algorithms take the joints of a subtree to be neighbours.
-        for joint in branches[link]:
-            number = _add_joint(model, carrier, joint)
-            model.appendBodyToJoint(number, _inertia(links[joint["child"]]), pin.SE3.Identity())
-            grow(joint["child"], number)
-
-    grow(described["root"], root)
-    return model
+def _add_joint(model: Any, parent: int, joint: Joint) -> int:
+    placement = pin.SE3(rotation_rpy(joint.rpy_rad), np.array(joint.xyz_m))
+    limits = (joint.effort_nm, joint.velocity_rad_s, joint.lower_rad, joint.upper_rad)
+    kind = pin.JointModelRevoluteUnaligned(np.array(joint.axis))
+    return int(model.addJoint(parent, kind, placement, joint.name, *(np.array([limit]) for limit in limits)))
 
 
-def _add_joint(model: Any, parent: int, joint: dict[str, Any]) -> int:
-    placement = pin.SE3(pin.rpy.rpyToMatrix(np.array(joint["rpy"], float)), np.array(joint["xyz"], float))
-    limits = [np.array([float(joint[key])]) for key in ("effort", "velocity", "lower", "upper")]
-    kind = pin.JointModelRevoluteUnaligned(np.array(joint["axis"], float))
-    number = int(model.addJoint(parent, kind, placement, joint["name"], *limits))
-    model.addJointFrame(number, -1)  # what locks a joint later looks for its frame
-    return number
+def _inertia(link: Link) -> Any:
+    return pin.Inertia(link.mass_kg, np.array(link.com_m), inertia_matrix(link))
 
 
-def _inertia(link: dict[str, Any]) -> Any:
-    xx, xy, xz, yy, yz, zz = link["inertia"]
-    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return pin.Inertia(link["mass"], np.array(link["com"], float), about_com)
+def _add_sole(model: Any, ankle: int, description: Description) -> int:
+    middle = np.array(description.sole.centre_m) - [0.0, 0.0, description.sole.size_m[2] / 2]
+    name = f"{model.names[ankle]}_sole"
+    return int(model.addFrame(pin.Frame(name, ankle, pin.SE3(np.eye(3), middle), pin.FrameType.OP_FRAME)))
 
 
-def _add_sole(model: Any, foot: dict[str, Any], side: Side) -> int:
-    ankle = model.getJointId(side + "AnkleRoll")
-    middle = np.array(foot["sole_box_centre_in_foot"], float)
-    middle[2] = foot["sole_z_in_foot"]
-    frame = pin.Frame(side + "Sole", ankle, pin.SE3(np.eye(3), middle), pin.FrameType.OP_FRAME)
-    return int(model.addFrame(frame))
-
-
-def _add_hand(model: Any, side: Side, hand: CageHand) -> int:
-    palm = model.getJointId(side + "WristPitch")
-    position, rotation = tool_in_palm(side, hand)
-    placement = pin.SE3(rotation, position)
-    flange = pin.Inertia.FromCylinder(hand.body_mass_kg, hand.body_radius_m, 2 * hand.body_half_m)
-    model.appendBodyToJoint(palm, flange, placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, hand.body_z_m])))
-    middle = (hand.bar_top_m + hand.bar_bottom_m) / 2
-    bars = pin.Inertia.FromCylinder(4 * hand.bar_mass_kg, hand.open_m, hand.bar_bottom_m - hand.bar_top_m)
-    model.appendBodyToJoint(palm, bars, placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, middle])))
-    return int(model.addFrame(pin.Frame(side + "Tool", palm, placement, pin.FrameType.OP_FRAME)))
+def _add_hand(model: Any, palm: int, mount: HandMount) -> int:
+    cage, placement = mount.cage, pin.SE3(mount.rotation, mount.position_m)
+    flange = pin.Inertia.FromCylinder(cage.body_mass_kg, cage.body_radius_m, 2 * cage.body_half_m)
+    model.appendBodyToJoint(palm, flange, placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, cage.body_z_m])))
+    # Four bars as one cylinder as wide as the open cage: exact in mass and centre, near enough in inertia.
+    middle = np.array([0.0, 0.0, (cage.bar_top_m + cage.bar_bottom_m) / 2])
+    width_m, length_m = cage.bar_offset_m[0], cage.bar_bottom_m - cage.bar_top_m
+    bars = pin.Inertia.FromCylinder(4 * cage.bar_mass_kg, width_m, length_m)
+    model.appendBodyToJoint(palm, bars, placement * pin.SE3(np.eye(3), middle))
+    return int(model.addFrame(pin.Frame(mount.side + "Tool", palm, placement, pin.FrameType.OP_FRAME)))
