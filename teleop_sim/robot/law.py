@@ -75,7 +75,7 @@ class Arrays(NamedTuple):
 
 
 @njit(cache=True)
-def solve(A, b):  # type: ignore[no-untyped-def]
+def solve(A, b):
     """Gauss elimination with pivoting in place: b becomes the solution of A x = b. Tiny pivots are held at 1e-4."""
     n, m = A.shape[0], b.shape[1]
     for k in range(n):
@@ -105,26 +105,26 @@ def solve(A, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def clip(x, low, high):  # type: ignore[no-untyped-def]
+def clip(x, low, high):
     """x kept within [low, high]."""
     return low if x < low else (high if x > high else x)
 
 
 @njit(cache=True)
-def cross(a, b):  # type: ignore[no-untyped-def]
+def cross(a, b):
     """a x b."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 @njit(cache=True)
-def tilt_error(R, c, s):  # type: ignore[no-untyped-def]
+def tilt_error(R, c, s):
     """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
     e = cross(R[:, 0], np.array([c, s, 0.0])) + cross(R[:, 1], np.array([-s, c, 0.0]))
     return 0.5 * (e + cross(R[:, 2], np.array([0.0, 0.0, 1.0])))
 
 
 @njit(cache=True)
-def base_rotation(qpos):  # type: ignore[no-untyped-def]
+def base_rotation(qpos):
     """Rotation matrix of the free root."""
     w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
     R = np.empty((3, 3))
@@ -141,7 +141,7 @@ def base_rotation(qpos):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def com_velocity(a, mass):  # type: ignore[no-untyped-def]
+def com_velocity(a, mass):
     """Centre-of-mass velocity: the base's linear rows of M times qvel, over the mass."""
     p = np.zeros(3)
     for i in range(a.qvel.size):
@@ -155,7 +155,7 @@ def com_velocity(a, mass):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def centre_of_pressure(row, g, memory, a, velocity):  # type: ignore[no-untyped-def]
+def centre_of_pressure(row, g, memory, a, velocity):
     """Wanted centre of pressure x, y, kept on the sole or on the hull of both, and the left foot's share of the load."""
     ex = a.com[0] + velocity[0] / g.omega - row[XI]
     ey = a.com[1] + velocity[1] / g.omega - row[XI + 1]
@@ -182,7 +182,7 @@ def centre_of_pressure(row, g, memory, a, velocity):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def feel_ground(row, g, memory, a):  # type: ignore[no-untyped-def]
+def feel_ground(row, g, memory, a):
     """Remember which feet have landed and how high the ground is under them."""
     stance = int(row[STANCE])
     for i in range(2):
@@ -200,7 +200,7 @@ def feel_ground(row, g, memory, a):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def sole_task(i, row, g, memory, a, Jl, Jb):  # type: ignore[no-untyped-def]
+def sole_task(i, row, g, memory, a, Jl, Jb):
     """Fill the leg's (6, 6) and the base rotation's (6, 3) Jacobian of a sole; return the wanted minus drift acceleration."""
     r = a.sole[i] - a.com
     drift, velocity = np.zeros(6), np.zeros(6)
@@ -236,7 +236,7 @@ def sole_task(i, row, g, memory, a, Jl, Jb):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):  # type: ignore[no-untyped-def]
+def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     """Accelerations of all degrees of freedom (nv,) that fulfil the tasks."""
     nv = a.qvel.size
     qdd = np.zeros(nv)
@@ -289,7 +289,7 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):  # type: ign
 
 
 @njit(cache=True)
-def foot_wrenches(row, a, tau, Rb, left):  # type: ignore[no-untyped-def]
+def foot_wrenches(row, a, tau, Rb, left):
     """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
     F, W = np.zeros((2, 6)), np.empty(6)
     for n in range(3):
@@ -326,7 +326,7 @@ def foot_wrenches(row, a, tau, Rb, left):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def carry(F, g, a, Jl, tau):  # type: ignore[no-untyped-def]
+def carry(F, g, a, Jl, tau):
     """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
     hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
     for i in range(2):
@@ -343,7 +343,7 @@ def carry(F, g, a, Jl, tau):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def tick(row, g, memory, a, qref, vref, extra):  # type: ignore[no-untyped-def]
+def tick(row, g, memory, a, qref, vref, extra):
     """One control period: read the arrays, set ``a.control``.
 
     Args:
