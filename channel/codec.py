@@ -7,11 +7,17 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from teleop_sim.core.errors import TeleopError
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PillowImage
 
 POSITION_STEP_M = 0.001
 """Resolution of a sent position; 16 bits reach ±32.767 m (assumed: a tenth of a detector's error)."""
@@ -173,19 +179,12 @@ def jpeg_size(jpeg: bytes, where: str) -> tuple[int, int]:
         BadMessage: the bytes are cut off or are no grey JPEG.
 
     """
-    from PIL import Image
-
-    hint = "Give a whole grey JPEG."
     if not (jpeg.startswith(_JPEG_START) and jpeg.endswith(_JPEG_END)):
-        raise BadMessage(where, f"{len(jpeg)} bytes are no whole JPEG", hint)
-    try:
-        with Image.open(io.BytesIO(jpeg), formats=("JPEG",)) as picture:
-            size, mode = picture.size, picture.mode
-    except (OSError, SyntaxError, ValueError, EOFError) as error:
-        raise BadMessage(where, f"{len(jpeg)} bytes are no JPEG: {error}", hint) from None
-    if mode != "L":
-        raise BadMessage(where, f"a JPEG in mode {mode}", hint)
-    return size
+        raise BadMessage(where, f"{len(jpeg)} bytes are no whole JPEG", "Give a whole grey JPEG.")
+    with _opened(jpeg, where) as picture:
+        if picture.mode != "L":
+            raise BadMessage(where, f"a JPEG in mode {picture.mode}", "Give a whole grey JPEG.")
+        return picture.size
 
 
 def jpeg_pixels(jpeg: bytes, where: str) -> np.ndarray:
@@ -195,11 +194,22 @@ def jpeg_pixels(jpeg: bytes, where: str) -> np.ndarray:
         BadMessage: the bytes are damaged.
 
     """
+    with _opened(jpeg, where) as picture:
+        return np.asarray(picture)
+
+
+@contextmanager
+def _opened(jpeg: bytes, where: str) -> Iterator[PillowImage]:
+    """A JPEG in Pillow, with all that Pillow says about damaged bytes turned into ``BadMessage``."""
     from PIL import Image
 
-    jpeg_size(jpeg, where)
     try:
-        with Image.open(io.BytesIO(jpeg), formats=("JPEG",)) as picture:
-            return np.asarray(picture)
-    except (OSError, SyntaxError, ValueError, EOFError) as error:
-        raise BadMessage(where, f"damaged JPEG: {error}", "Send it again.") from None
+        with warnings.catch_warnings():
+            # Damage can make a header promise gigapixels.
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(jpeg), formats=("JPEG",)) as picture:
+                yield picture
+    except BadMessage:
+        raise
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
+        raise BadMessage(where, f"{len(jpeg)} bytes are no sound JPEG: {error}", "Send it again.") from None

@@ -178,6 +178,7 @@ class Direction:
         while self._on_way:
             packet = self._on_way.popleft()
             waits = _waits_until(packet, now_s, self.settings.blackouts)
+            self._busy_s += waits.serialisation_s
             service_s = packet.service_s if packet.service_s <= now_s else math.nan
             self._record(packet, waits, service_s, math.nan, "in_flight")
 
