@@ -28,13 +28,13 @@ def find_scenario(name_or_path: str) -> Path:
         if path.is_file():
             return path
         problem = _missing(name_or_path, path)
-    except (OSError, ValueError) as error:  # too long, or with a NUL
-        problem = Problem(repr(name_or_path), f"cannot be a file: {error}", _known())
+    except OSError as error:  # a name that is too long, a folder that may not be looked into
+        problem = Problem(name_or_path, f"cannot be looked for: {error.strerror}", _known())
     raise BadInput((problem,))
 
 
 def _missing(name_or_path: str, path: Path) -> Problem:
-    if path.is_dir():
+    if name_or_path and path.is_dir():
         return Problem(name_or_path, "is a directory", "Give a scenario file in it, or a scenario's name. " + _known())
     if path.exists():
         return Problem(name_or_path, "is not a regular file", "Save it to a .toml file first. " + _known())

@@ -1,7 +1,7 @@
 """The names a scenario may use, each with what it stands for.
 
-A new robot, task or policy is one line here and its own file; error messages, shell completion and the JSON Schema
-follow.
+A new robot or task is one line here and its own file; error messages, shell completion and the JSON Schema follow.
+Policies register themselves in ``teleop_sim.operators.policies``.
 """
 
 from __future__ import annotations
@@ -23,16 +23,6 @@ PACINGS: Mapping[str, str] = {
 
 AUTONOMY: Mapping[str, int] = {"off": 0, "low": 1, "high": 2, "full": 3}
 """Level of the guard: an outcome passes by itself if its threshold is below the level."""
-
-POLICIES: Mapping[str, str] = {
-    "supervisor": "one person at a fixed autonomy level: confirms, answers requests, takes over by hand when asked",
-}
-
-EXPERTISE: Mapping[str, str] = {
-    "novice": "slower than the published operator times",
-    "average": "the published operator times",
-    "skilled": "faster than the published operator times",
-}
 
 WORLDS = (1, 2, 3, 4, 5)
 """The five final worlds of the Space Robotics Challenge, the same for every team."""

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, Strict, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from teleop_sim.operators.policies import POLICIES
 from teleop_sim.scenarios import names
 
 ASSUMED = "assumed"
@@ -70,7 +71,6 @@ def _layout(value: object) -> str | int:
     raise _refused(f"{value!r} is no layout of the world", 'Give "random", or 1 to 5 for one of the five final worlds.')
 
 
-Seconds = Annotated[float, Field(ge=0.0)]
 Bound = Annotated[float, Field(allow_inf_nan=True)]
 Window = Annotated[tuple[Bound, Bound], Strict(False), AfterValidator(_window)]
 Range = Annotated[
@@ -109,8 +109,14 @@ class Link(_Part):
 class Operator(_Part):
     """The person at the control station."""
 
-    policy: Annotated[str, *_named("How the operator decides, one of", names.POLICIES)] = "supervisor"
-    expertise: Annotated[str, *_named("How fast the operator is, one of", names.EXPERTISE)] = "average"
+    policy: Annotated[str, *_named("How the operator decides, one of", POLICIES)] = "supervise"
+    expertise: float = Field(
+        default=1.0,
+        ge=0.1,
+        le=10.0,
+        description="A factor from 0.1 to 10 on all the operator's times, such as 0.7; 1 is the average person.",
+    )
+    expertise_source: str = ASSUMED
 
 
 class World(_Part):

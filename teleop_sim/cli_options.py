@@ -1,0 +1,96 @@
+"""Options of ``teleop-sim run`` as overrides of a scenario; all that is wrong with them and with the file at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleop_sim.core.errors import BadInput, Problem
+from teleop_sim.core.units import parse_rate_bps, parse_time_s
+
+if TYPE_CHECKING:
+    from teleop_sim.scenarios.schema import Scenario
+
+
+@dataclass(frozen=True)
+class _Option:
+    """An option: the scenario's keys that it sets, and how its text is read."""
+
+    name: str
+    keys: tuple[str, ...]
+    parse: Callable[[str, str], object]
+
+
+def _text(text: str, _where: str) -> object:
+    return text
+
+
+def _whole(text: str, where: str) -> object:
+    try:
+        return int(text)
+    except ValueError:
+        raise BadInput((Problem(where, f"{text!r} is not a whole number", "Give one, such as 1."),)) from None
+
+
+OPTIONS = (
+    _Option("--uplink", ("link.up.rate_bps",), parse_rate_bps),
+    _Option("--downlink", ("link.down.rate_bps",), parse_rate_bps),
+    _Option("--latency", ("link.up.delay_s", "link.down.delay_s"), parse_time_s),
+    _Option("--autonomy", ("autonomy",), _text),
+    _Option("--pacing", ("pacing",), _text),
+    _Option("--seed", ("seed",), _whole),
+    _Option("--time-limit", ("time_limit_s",), parse_time_s),
+)
+
+
+def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path) -> Scenario:
+    """The scenario with the given options (name to text, None: not given) in force; the log must fit into ``out``.
+
+    Raises:
+        BadInput: every problem of the options, of the scenario file and of ``out``.
+
+    """
+    from teleop_sim.scenarios.files import load_scenario
+
+    problems: list[Problem] = []
+    values: dict[str, object] = {}
+    labels: dict[str, str] = {}
+    for option in OPTIONS:
+        text = given.get(option.name)
+        if text is not None:
+            try:
+                value = option.parse(text, option.name)
+            except BadInput as error:
+                problems += error.problems
+            else:
+                values |= dict.fromkeys(option.keys, value)
+                labels |= dict.fromkeys(option.keys, option.name)
+    scenario = None
+    try:
+        scenario = load_scenario(name_or_path, values, labels)
+    except BadInput as error:
+        problems += error.problems
+    problems += _out_problems(out, scenario)
+    if problems or scenario is None:
+        # One option may set two keys: say it once.
+        raise BadInput(tuple(dict.fromkeys(problems)))
+    return scenario
+
+
+def log_path(out: Path, scenario: Scenario) -> Path:
+    """Where a run's log goes."""
+    return out / f"{scenario.name}_seed{scenario.seed}.mcap"
+
+
+def _out_problems(out: Path, scenario: Scenario | None) -> list[Problem]:
+    nearest = next((path for path in (out, *out.absolute().parents) if path.exists()), Path("/"))
+    if not nearest.is_dir():
+        return [Problem("--out", f"{nearest} is not a directory", "Give a directory for the log.")]
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        return [Problem("--out", f"{nearest} cannot be written to", "Give another directory for the log.")]
+    if scenario is not None and log_path(out, scenario).is_dir():
+        return [Problem("--out", f"{log_path(out, scenario)} is a directory", "Move it: the log goes there.")]
+    return []
