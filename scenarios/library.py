@@ -25,7 +25,7 @@ def find_scenario(name_or_path: str) -> Path:
         return _HOME / f"{name_or_path}.toml"
     path = Path(name_or_path)
     try:
-        if path.is_file():
+        if path.is_file() or path.is_fifo():
             return path
         problem = _missing(name_or_path, path)
     except OSError as error:  # a name that is too long, a folder that may not be looked into
@@ -34,7 +34,9 @@ def find_scenario(name_or_path: str) -> Path:
 
 
 def _missing(name_or_path: str, path: Path) -> Problem:
-    if name_or_path and path.is_dir():
+    if not name_or_path:
+        return unknown_name("scenario", name_or_path, list_scenarios())
+    if path.is_dir():
         return Problem(name_or_path, "is a directory", "Give a scenario file in it, or a scenario's name. " + _known())
     if path.exists():
         return Problem(name_or_path, "is not a regular file", "Save it to a .toml file first. " + _known())

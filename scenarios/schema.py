@@ -73,9 +73,14 @@ def _layout(value: object) -> str | int:
 
 Bound = Annotated[float, Field(allow_inf_nan=True)]
 Window = Annotated[tuple[Bound, Bound], Strict(False), AfterValidator(_window)]
-Range = Annotated[
-    tuple[Annotated[float, Field(gt=0.0)], Annotated[float, Field(gt=0.0)]], Strict(False), AfterValidator(_low_to_high)
-]
+Positive = Annotated[float, Field(gt=0.0)]
+PitchAngle = Annotated[float, Field(ge=-0.2, le=1.57)]
+YawAngle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
+Count = Annotated[int, Field(ge=0, le=30)]
+PositiveRange = Annotated[tuple[Positive, Positive], Strict(False), AfterValidator(_low_to_high)]
+PitchRange = Annotated[tuple[PitchAngle, PitchAngle], Strict(False), AfterValidator(_low_to_high)]
+YawRange = Annotated[tuple[YawAngle, YawAngle], Strict(False), AfterValidator(_low_to_high)]
+CountRange = Annotated[tuple[Count, Count], Strict(False), AfterValidator(_low_to_high)]
 
 
 class _Part(BaseModel):
@@ -120,15 +125,48 @@ class Operator(_Part):
 
 
 class World(_Part):
-    """Where the robot works."""
+    """Where the robot works: what is drawn from the seed, uniformly, and between which limits.
+
+    Equal limits fix a value. The defaults are those of the simulated world, with their sources there
+    (``teleop_sim.world.dish.DishSettings``).
+    """
 
     layout: Annotated[str | int, PlainValidator(_layout), WithJsonSchema({"enum": ["random", *names.WORLDS]})] = Field(
         default="random", description='"random" (drawn from the seed) or 1 to 5.'
     )
-    wheel_friction_nm: Range = Field(
+    wheel_friction_nm: PositiveRange = Field(
         default=(2.0, 3.0), description="[lowest, highest] friction torque of a wheel in Nm, such as [2.0, 3.0]."
     )
     wheel_friction_source: str = ASSUMED
+    yaw_target_rad: YawRange = Field(
+        default=(-1.65, 2.20), description="[lowest, highest] yaw wanted of the dish in rad, within -pi to pi."
+    )
+    yaw_target_source: str = ASSUMED
+    pitch_target_rad: PitchRange = Field(
+        default=(-0.2, 1.25), description="[lowest, highest] pitch wanted of the dish in rad, within -0.2 to 1.57."
+    )
+    pitch_target_source: str = ASSUMED
+    floor_friction: PositiveRange = Field(
+        default=(0.4, 1.0), description="[lowest, highest] friction coefficient of the floor, such as [0.4, 1.0]."
+    )
+    floor_friction_source: str = ASSUMED
+    contact_friction: PositiveRange = Field(
+        default=(0.6, 1.0), description="[lowest, highest] friction coefficient of the console, such as [0.6, 1.0]."
+    )
+    contact_friction_source: str = ASSUMED
+    wheel_start_spread_rad: float = Field(
+        default=0.5, ge=0.0, le=math.pi, description="How far a wheel may start from its published place, 0 to pi rad."
+    )
+    wheel_start_spread_source: str = ASSUMED
+    console_jitter_m: float = Field(
+        default=0.03, ge=0.0, le=0.5, description="How far the console may be shifted in x and in y, 0 to 0.5 m."
+    )
+    console_jitter_rad: float = Field(
+        default=math.radians(2.0), ge=0.0, le=0.5, description="How far the console may be turned, 0 to 0.5 rad."
+    )
+    console_jitter_source: str = ASSUMED
+    clutter: CountRange = Field(default=(2, 6), description="[fewest, most] extra boxes on the ground, 0 to 30.")
+    clutter_source: str = ASSUMED
 
 
 class Scenario(_Part):

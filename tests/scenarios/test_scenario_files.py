@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -211,10 +212,11 @@ def test_an_override_of_nothing_that_exists_is_refused() -> None:
 
 @st.composite
 def directions(draw: st.DrawFn) -> dict[str, object]:
-    gaps = draw(st.lists(st.floats(1e-3, 1e4), max_size=6).filter(lambda g: len(g) % 2 == 0))
-    times = [sum(gaps[: n + 1]) for n in range(len(gaps))]
-    windows = [list(pair) for pair in zip(times[::2], times[1::2], strict=True)]
-    if windows and draw(st.booleans()):
+    gaps = draw(st.lists(st.floats(1e-3, 1e4), max_size=6))
+    times = list(accumulate(gaps))
+    windows = [list(pair) for pair in zip(times[::2], times[1::2], strict=False)]
+    endless: bool = draw(st.booleans())
+    if windows and endless:
         windows[-1][1] = math.inf
     return {
         "rate_bps": draw(st.floats(min_value=1e-3, max_value=1e12)),

@@ -1,0 +1,45 @@
+"""A scenario's values reach the parts of the simulator unchanged."""
+
+import math
+
+from teleop_sim.machines.declare import Autonomy
+from teleop_sim.scenarios.files import load_scenario
+from teleop_sim.scenarios.names import AUTONOMY, WORLDS
+from teleop_sim.scenarios.objects import (
+    autonomy_level,
+    direction_settings,
+    dish_settings,
+    operator_policy,
+    operator_timing,
+)
+from teleop_sim.scenarios.schema import World
+from teleop_sim.world.dish import DishSettings
+from teleop_sim.world.dish_layout import LAYOUT_IDS
+
+
+def test_a_direction_of_the_link_keeps_its_figures() -> None:
+    scenario = load_scenario("src-dish", {"link.up.blackouts": [[60, 120], [300.0, math.inf]]})
+    made = direction_settings(scenario.link.up)
+    assert (made.rate_bps, made.delay_s, made.header_bytes) == (380.0, 10.0, 40)
+    assert made.blackouts == ((60.0, 120.0), (300.0, math.inf))
+
+
+def test_a_scenario_that_says_nothing_of_the_world_gets_the_world_s_own_defaults() -> None:
+    assert dish_settings(World()) == DishSettings()
+    assert dish_settings(load_scenario("src-dish").world) == DishSettings()
+    assert dish_settings(World(layout=3)).layout_id == 3
+
+
+def test_the_layouts_are_those_of_the_world() -> None:
+    assert WORLDS == LAYOUT_IDS
+
+
+def test_the_operator_is_as_fast_as_asked() -> None:
+    operator = load_scenario("src-dish", {"operator.expertise": 0.5}).operator
+    assert operator_timing(operator).expertise == 0.5
+    assert operator_policy(operator)
+
+
+def test_levels_are_those_of_the_machine() -> None:
+    assert {name.upper(): level for name, level in AUTONOMY.items()} == {a.name: a.value for a in Autonomy}
+    assert autonomy_level(load_scenario("src-dish", {"autonomy": "high"})) == 2
