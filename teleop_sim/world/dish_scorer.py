@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from teleop_sim.world import dish_layout as lay
-from teleop_sim.world.dish import DishWorld
+from teleop_sim.world.dish_draw import DishWorld
 from teleop_sim.world.dish_layout import Planar
 
 TOLERANCE_RAD = math.radians(5.0)
