@@ -18,8 +18,7 @@ import pinocchio as pin
 
 from teleop_sim.robot.clearance import forearm_gap
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.kinematics import Kinematics, arm_joints
-from teleop_sim.robot.valkyrie import TORSO
+from teleop_sim.robot.kinematics import Kinematics
 
 POSITION_TOLERANCE_M = 5e-4
 AXIS_TOLERANCE_RAD = 0.01
@@ -92,13 +91,13 @@ class ChainIk:
 
     def __init__(self, kinematics: Kinematics, side: Side, stance: Stance, rest: np.ndarray, torso: bool) -> None:
         self.kinematics, self.side, self.stance = kinematics, side, stance
-        names = (*TORSO, *arm_joints(side)) if torso else arm_joints(side)
+        arm = kinematics.arms[side]
+        names = (*kinematics.torso, *arm) if torso else arm
         self.chain = kinematics.positions(names)
         self.rates = self.chain - 1
-        legs = [name for name in kinematics.joint_names if any(part in name for part in ("Hip", "Knee", "Ankle"))]
-        self.base = np.concatenate([np.arange(6), kinematics.positions(legs) - 1])
+        self.base = np.concatenate([np.arange(6), kinematics.positions(kinematics.legs) - 1])
         self.rest = rest[self.chain]
-        self.pull = np.where(np.arange(len(names)) < len(names) - 7, TORSO_PULL, POSTURE_PULL)
+        self.pull = np.array([TORSO_PULL if name in kinematics.torso else POSTURE_PULL for name in names])
         self.lower = kinematics.lower[self.chain - 7]
         self.upper = kinematics.upper[self.chain - 7]
 

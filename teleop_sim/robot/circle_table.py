@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,13 @@ class CircleTable:
     def usable(self) -> bool:
         """Whether the hand can go all the way round."""
         return self.position_error_m <= REFUSE_POSITION_M and self.axis_error_rad <= REFUSE_AXIS_RAD
+
+    def at(self, angle_rad: float) -> np.ndarray:
+        """Configuration (nq,) at a handle angle of any number of turns, between rows in proportion."""
+        place = angle_rad / (2 * np.pi) * len(self.q)
+        row = math.floor(place)
+        here, there = self.q[row % len(self.q)], self.q[(row + 1) % len(self.q)]
+        return np.asarray(here + (place - row) * (there - here))
 
 
 def handle_place(affordance: CircularAffordance, angle_rad: float, lift_m: float = 0.0) -> Target:

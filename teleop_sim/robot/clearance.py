@@ -1,6 +1,6 @@
 """How near a forearm is to the torso: self-collision is not in the physics, so plans keep a distance.
 
-Shapes are assumed: a capsule along the forearm and a box for the torso, of the collision primitives' size.
+Shapes are assumed: Valkyrie's collision primitives (teleop_sim.robot.valkyrie), a capsule along the forearm and a box.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.kinematics import Kinematics, arm_joints
+from teleop_sim.robot.kinematics import Kinematics
 
 FOREARM_RADIUS_M = 0.05
 FOREARM_FROM_M, FOREARM_TO_M = 0.05, 0.22
@@ -23,7 +23,7 @@ def forearm_gap(kinematics: Kinematics, side: Side) -> tuple[float, np.ndarray]:
     Reads ``kinematics.data``: joint placements and Jacobians must be up to date. Negative: they overlap.
     """
     model, data = kinematics.model, kinematics.data
-    forearm, torso = model.getJointId(side + "ForearmYaw"), model.getJointId("torsoRoll")
+    forearm, torso = model.getJointId(kinematics.arms[side][4]), model.getJointId(kinematics.torso[-1])
     sign = 1.0 if side == "left" else -1.0
     along = sign * np.array([FOREARM_FROM_M, (FOREARM_FROM_M + FOREARM_TO_M) / 2, FOREARM_TO_M])
     placement, trunk = data.oMi[forearm], data.oMi[torso]
@@ -34,7 +34,7 @@ def forearm_gap(kinematics: Kinematics, side: Side) -> tuple[float, np.ndarray]:
     nearest = int(np.argmin(distances))
     normal = trunk.rotation @ _outward(local[nearest], excess[nearest])
     jacobian = pin.getJointJacobian(model, data, forearm, pin.LOCAL_WORLD_ALIGNED)
-    columns = jacobian[:, kinematics.positions(arm_joints(side)) - 1]
+    columns = jacobian[:, kinematics.positions(kinematics.arms[side]) - 1]
     lever = np.cross(points[nearest] - placement.translation, normal)
     return float(distances[nearest]) - FOREARM_RADIUS_M, normal @ columns[:3] + lever @ columns[3:]
 

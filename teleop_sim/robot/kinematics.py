@@ -16,9 +16,10 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.valkyrie import ARM, valkyrie
+from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.world.description import Description, Joint, Link, inertia_matrix, rotation_rpy
-from teleop_sim.world.robot_model import HandMount, RobotModel
+from teleop_sim.world.robot_model import HandMount
 
 SIDES: tuple[Side, Side] = ("left", "right")
 
@@ -32,6 +33,7 @@ class Kinematics:
         lower, upper: their limits [rad].
         soles: frame numbers of left and right sole (origin under the sole box's middle).
         tools: frame numbers of the hands' tool frames, by side.
+        torso, legs: joint names. arms: joint names by side, from the shoulder out.
 
     """
 
@@ -42,19 +44,25 @@ class Kinematics:
     upper: np.ndarray
     soles: tuple[int, int]
     tools: dict[Side, int]
+    torso: tuple[str, ...]
+    legs: tuple[str, ...]
+    arms: dict[Side, tuple[str, ...]]
 
     def positions(self, names: Sequence[str]) -> np.ndarray:
         """Places of these joints in ``q``; one less is their place in a velocity."""
         return np.array([7 + self.joint_names.index(name) for name in names], dtype=int)
 
-    def configuration(
-        self, rotation: np.ndarray, position: np.ndarray, names: Sequence[str], values: np.ndarray
+    def assemble(
+        self, rotation: np.ndarray, position: np.ndarray, places: np.ndarray, values: np.ndarray
     ) -> np.ndarray:
-        """Return ``q`` from the pelvis' rotation (3, 3), its position (3,) [m] and joints [rad]; unnamed ones are 0."""
+        """Return ``q`` from the pelvis' rotation (3, 3), its position (3,) [m] and joints [rad]; others are 0.
+
+        ``places`` are ``positions`` of the names in whose order ``values`` stand.
+        """
         q = np.zeros(self.model.nq)
         q[:3] = position
-        q[3:7] = pin.Quaternion(np.asarray(rotation)).coeffs()
-        q[self.positions(names)] = values
+        q[3:7] = pin.Quaternion(rotation).coeffs()
+        q[places] = values
         return q
 
     def tool_pose(self, q: np.ndarray, side: Side) -> tuple[np.ndarray, np.ndarray]:
@@ -68,20 +76,19 @@ class Kinematics:
         return np.array(pin.centerOfMass(self.model, self.data, q))
 
 
-def arm_joints(side: Side) -> tuple[str, ...]:
-    """The seven joints of an arm from the shoulder out."""
-    return tuple(side + name for name in ARM)
+ROBOTS = {"valkyrie": valkyrie}
+"""What can be planned for, by the description's name."""
 
 
 @functools.cache
-def valkyrie_kinematics() -> Kinematics:
-    """Valkyrie's planning model, with its fingers folded stiffly into the palms and a cage hand on each."""
-    return build(valkyrie().model)
+def kinematics_of(robot: str) -> Kinematics:
+    """The planning model of a robot by its description's name."""
+    return build(ROBOTS[robot]())
 
 
-def build(robot: RobotModel) -> Kinematics:
+def build(spec: RobotSpec) -> Kinematics:
     """Make the planning model of a robot from the same description as its physical model."""
-    description = robot.description
+    description = spec.model.description
     model = pin.Model()
     root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
     model.appendBodyToJoint(root, _inertia(description.link(description.root)), pin.SE3.Identity())
@@ -93,7 +100,7 @@ def build(robot: RobotModel) -> Kinematics:
     # All frames go in before any Data is made: a frame added later is written past the end of older Data.
     feet = (description.sole.left, description.sole.right)
     soles = [_add_sole(model, carriers[foot], description) for foot in feet]
-    tools = {mount.side: _add_hand(model, carriers[mount.palm], mount) for mount in robot.hands}
+    tools = {mount.side: _add_hand(model, carriers[mount.palm], mount) for mount in spec.model.hands}
     return Kinematics(
         model=model,
         data=model.createData(),
@@ -102,6 +109,9 @@ def build(robot: RobotModel) -> Kinematics:
         upper=model.upperPositionLimit[7:].copy(),
         soles=(soles[0], soles[1]),
         tools={side: tools[side] for side in SIDES},
+        torso=spec.torso,
+        legs=(*spec.legs[0], *spec.legs[1]),
+        arms={side: spec.arms[side] for side in SIDES},
     )
 
 

@@ -1,0 +1,239 @@
+"""Follow: turn a held handle round its circle until a signal of the world is at its target.
+
+The robot knows the handle only by its own hand: the tool's measured place, projected on the believed circle, is the
+handle angle. How far the signal goes with the handle, and how late, is not known: the ratio is learned on the way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.circle_table import CircleTable, angle_of, circle_table, handle_place
+from teleop_sim.robot.commands import Follow
+from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skills.manipulate import JAW_SHUT, Arm, arm_of, plan_stance, rest_posture, smooth
+
+FULL_SPEED_RAD_S = 2 * np.pi / 12
+"""One turn in 12 s: measured to hold for 3.5 turns either way."""
+START_SPEED_RAD_S = 0.3
+"""Until the ratio is learned (assumed)."""
+SPEED_UP_RAD_S2, SLOW_DOWN_RAD_S2 = 0.4, 1.0
+PUSH_N = 20.0
+PUSH_N_S = 40.0
+"""Feed-forward force along the path, the middle of 16 N to 24 N that a wheel of 2 to 3 N m needs, and its slew."""
+LAG_FREE_RAD, LAG_LOST_RAD = 0.25, 0.9
+"""The hand may trail the reference by this much at full speed; beyond the second the grip is lost (measured)."""
+OFF_PATH_M = 0.06
+TOUCH_N = 3.0
+UNTOUCHED_RAD = 0.35
+"""A handle resists all the way; a hand that feels nothing for 4 cm of path holds nothing (assumed)."""
+STILL_S, STILL_RAD = 5.0, 0.005
+APPROACH_S = 2.0
+"""Time constant towards the target: twice the slowest signal's lag of 1 s, so the loop is damped by 0.71."""
+INNER = 0.25
+FINAL = 0.6
+"""Shares of the tolerance: inside the first the hand stops, inside the second the signal must come to rest."""
+REST_S = 2.5
+RELAX_S = 0.6
+EASE_S = 1.0
+RATIO_WINDOW_S = 1.0
+
+CAUSES = {
+    "reached": "signal at rest in its tolerance",
+    "grip_lost": "the hand left the handle or lost touch with it",
+    "no_motion": "the signal does not move",
+    "timed_out": "time limit",
+}
+
+
+@dataclass(frozen=True)
+class FollowReport:
+    """How far the hand turned the handle [rad, signed], where it is now [rad], the signal and its error [rad]."""
+
+    turned_rad: float
+    angle_rad: float
+    signal: float
+    error: float
+
+
+@dataclass
+class Cranking:
+    """What changes from tick to tick.
+
+    Attributes:
+        place: of the reference on the circle, any number of turns [rad]. velocity: of it [rad/s].
+        hand: measured handle angle, unwrapped [rad]. signal: the watched status value.
+        push_n: feed-forward force along the motion.
+        touched: hand angle at which a force was last felt.
+        ticks: since the start. moved: (tick, signal) when the signal last moved.
+        ratio: learned change of the signal per change of the handle angle, never negative; 0 is unknown.
+        braked: whether the target has slowed the hand; slopes are too steep from then on.
+        history: recent (hand, signal), one a tick.
+
+    """
+
+    place: float
+    hand: float
+    signal: float
+    velocity: float = 0.0
+    push_n: float = 0.0
+    touched: float = 0.0
+    ticks: int = 0
+    moved: tuple[int, float] = (0, 0.0)
+    ratio: float = 0.0
+    braked: bool = False
+    history: list[tuple[float, float]] = field(default_factory=list)
+
+
+def watched(body: Body, signal: str) -> float:
+    """A status value, NaN when the task sends none."""
+    return body.status().get(signal, np.nan)
+
+
+class Follower:
+    """One ``Follow``: the table, the senses and the rules that end it."""
+
+    def __init__(self, arm: Arm, command: Follow, table: CircleTable, start: float, signal: float) -> None:
+        self.arm, self.command = arm, command
+        self.postures = table.q[:, arm.upper]
+        self.pushes = table.push[:, arm.upper - 1]
+        self.jaws = arm.jaws(JAW_SHUT)
+        self.start = start
+        self.first_error = command.target - signal
+        self.offset = arm.body.posture - table.at(start)[arm.upper]
+        self.now = Cranking(place=start, hand=start, signal=signal, touched=start, moved=(0, signal))
+
+    def sense(self) -> str:
+        """Read hand and signal. Return an outcome that ends the motion, or nothing."""
+        now, body = self.now, self.arm.body
+        _, position = self.arm.hand()
+        angle = angle_of(self.command.affordance, position)
+        now.hand += (angle - now.hand + np.pi) % (2 * np.pi) - np.pi
+        signal = now.signal = watched(body, self.command.signal)
+        now.ticks += 1
+        if body.hand_force(self.command.side) > TOUCH_N:
+            now.touched = now.hand
+        if abs(signal - now.moved[1]) > STILL_RAD:
+            now.moved = (now.ticks, signal)
+        self._learn(signal)
+        off_m = float(np.linalg.norm(position - handle_place(self.command.affordance, now.hand).position))
+        if (
+            off_m > OFF_PATH_M
+            or abs(now.place - now.hand) > LAG_LOST_RAD
+            or abs(now.hand - now.touched) > UNTOUCHED_RAD
+        ):
+            return "grip_lost"
+        if not np.isfinite(signal) or (now.ticks - now.moved[0]) * body.tick_s > STILL_S:
+            return "no_motion"
+        return "timed_out" if now.ticks * body.tick_s > self.command.time_limit_s else ""
+
+    def _learn(self, signal: float) -> None:
+        """Steepest slope of the signal against the hand: a lag hides part of it, but never adds while speed grows."""
+        now = self.now
+        now.history.append((now.hand, signal))
+        if len(now.history) * self.arm.body.tick_s <= RATIO_WINDOW_S:
+            return
+        hand, before = now.history.pop(0)
+        if not now.braked and abs(now.hand - hand) > 0.5 * START_SPEED_RAD_S * RATIO_WINDOW_S:
+            now.ratio = max(now.ratio, abs((signal - before) / (now.hand - hand)))
+
+    def renew(self) -> None:
+        """Begin again after a rest that ended off target: what was felt before counts no more."""
+        now = self.now
+        now.touched, now.moved, now.history = now.hand, (now.ticks, now.signal), []
+
+    def error(self) -> float:
+        """What is missing to the target."""
+        return self.command.target - self.now.signal
+
+    def way(self) -> float:
+        """Which way to turn now: as commanded, and back after an overshoot."""
+        return float(np.sign(self.command.direction) * np.sign(self.error()) * np.sign(self.first_error))
+
+    def advance(self) -> Tick:
+        """Move the reference on: slower near the target, when the hand trails, and until the ratio is known."""
+        now, way, tick_s = self.now, self.way(), self.arm.body.tick_s
+        wanted = FULL_SPEED_RAD_S if now.ratio > 0.0 else START_SPEED_RAD_S
+        landing = abs(self.error()) / (max(now.ratio, 1e-3) * APPROACH_S)
+        if landing < wanted:
+            wanted, now.braked = landing, True
+        lag = way * (now.place - now.hand)
+        wanted *= float(np.clip((LAG_LOST_RAD - lag) / (LAG_LOST_RAD - LAG_FREE_RAD), 0.0, 1.0))
+        velocity = now.velocity
+        now.velocity += float(np.clip(way * wanted - velocity, -SLOW_DOWN_RAD_S2 * tick_s, SPEED_UP_RAD_S2 * tick_s))
+        now.place += now.velocity * tick_s
+        now.push_n += float(np.clip(way * PUSH_N - now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s))
+        return self.tick()
+
+    def relax(self) -> Tick:
+        """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens."""
+        now, tick_s = self.now, self.arm.body.tick_s
+        now.velocity = 0.0
+        now.place += float(np.clip(now.hand - now.place, -START_SPEED_RAD_S * tick_s, START_SPEED_RAD_S * tick_s))
+        now.push_n -= float(np.clip(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s))
+        return self.tick()
+
+    def tick(self) -> Tick:
+        """The table's posture at the reference's place, eased in from the posture at the start."""
+        now, rows = self.now, len(self.postures)
+        place = now.place / (2 * np.pi) * rows
+        row = math.floor(place)
+        here, there = row % rows, (row + 1) % rows
+        slope = self.postures[there] - self.postures[here]
+        posture = self.postures[here] + (place - row) * slope
+        torque = now.push_n * (self.pushes[here] + (place - row) * (self.pushes[there] - self.pushes[here]))
+        ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
+        if ease > 0.0:
+            posture = posture + ease * self.offset
+        return Tick(posture, slope * (now.velocity * rows / (2 * np.pi)), torque, self.jaws)
+
+    def report(self) -> FollowReport:
+        """What the robot knows at the end."""
+        return FollowReport(self.now.hand - self.start, self.now.hand, self.now.signal, self.error())
+
+
+def follow(body: Body, command: Follow, rng: np.random.Generator) -> Motion:
+    """Turn a held handle. Ends ``reached``, ``grip_lost``, ``no_motion``, ``timed_out`` or ``no_plan``.
+
+    Data: ``FollowReport`` (None without a plan). No target is reached in passing: the hand stops, and the signal must
+    come to rest within the tolerance.
+    """
+    arm = arm_of(body, command.side)
+    signal = watched(body, command.signal)
+    if not np.isfinite(signal):
+        return Done("no_motion", f"no status value {command.signal!r} is received")
+    q, stance = plan_stance(arm)
+    angle = angle_of(command.affordance, arm.hand()[1])
+    affordance = replace(command.affordance, angle_rad=angle)
+    table = circle_table(arm.kinematics, command.side, stance, rest_posture(arm, q), q, affordance, rng)
+    if not table.usable:
+        return Done("no_plan", f"the handle's circle is out of reach by {table.position_error_m * 1e3:.0f} mm")
+    follower = Follower(arm, command, table, angle, signal)
+    outcome = yield from _until_reached(follower)
+    for _ in range(round(RELAX_S / body.tick_s)):
+        yield follower.relax()
+    report = follower.report()
+    turned_deg = np.degrees(report.turned_rad)
+    return Done(outcome, f"{CAUSES[outcome]}; turned {turned_deg:.0f} degrees, {report.error:+.3f} left", report)
+
+
+def _until_reached(follower: Follower) -> Generator[Tick, None, str]:
+    """Turn until the signal rests inside the tolerance, or something ends it. Return the outcome."""
+    tolerance, rest_ticks = follower.command.tolerance, round(REST_S / follower.arm.body.tick_s)
+    while True:
+        while abs(follower.error()) > INNER * tolerance:
+            ended = follower.sense()
+            if ended:
+                return ended
+            yield follower.advance()
+        for _ in range(rest_ticks):
+            follower.sense()
+            yield follower.relax()
+        if abs(follower.error()) <= FINAL * tolerance:
+            return "reached"
+        follower.renew()

@@ -1,0 +1,150 @@
+"""What all manipulation skills share: what the robot feels of itself, planning, streams of reference postures."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, stance_of, two_stage
+from teleop_sim.robot.commands import Side
+from teleop_sim.robot.kinematics import Kinematics, kinematics_of
+from teleop_sim.robot.skill import Tick
+
+Ticks = Generator[Tick, None, None]
+
+JAW_OPEN = 0.0
+JAW_SHUT = 3.0
+"""Beyond the stop: the jaws press against it with their full force, so the load does not spread them (measured)."""
+PEAK_RATE_RAD_S = 0.9
+"""Of the fastest joint in a free move: Valkyrie's wrists are limited to 1 rad/s."""
+LEAST_BLEND_S = 0.6
+STRETCH = 1.875
+"""Peak rate of a minimum-jerk move over its mean rate: 15/8 (Flash and Hogan, J. Neurosci. 5 (1985), 1688)."""
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One hand and how to plan for it.
+
+    Attributes:
+        body: the robot's own senses.
+        kinematics: planning model.
+        side: which hand.
+        joints: places in ``q`` of ``body.joint_names``.
+        upper: places in ``q`` of ``body.upper_names``.
+
+    """
+
+    body: Body
+    kinematics: Kinematics
+    side: Side
+    joints: np.ndarray
+    upper: np.ndarray
+
+    def measured(self) -> np.ndarray:
+        """Configuration ``q`` as felt now."""
+        rotation, position = self.body.base()
+        return self.kinematics.assemble(rotation, position, self.joints, self.body.q())
+
+    def reference(self) -> np.ndarray:
+        """Configuration ``q`` with the upper body where it was told to be, not where load has pushed it."""
+        q = self.measured()
+        q[self.upper] = self.body.posture
+        return q
+
+    def hand(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation (3, 3) and position (3,) [m] of the tool as felt now."""
+        return self.kinematics.tool_pose(self.measured(), self.side)
+
+    def jaws(self, value: float) -> tuple[float, float]:
+        """Jaw references with this hand's set and the other's kept."""
+        left, right = self.body.jaws
+        return (value, right) if self.side == "left" else (left, value)
+
+
+def arm_of(body: Body, side: Side) -> Arm:
+    """Look up by name all that a skill needs for one hand."""
+    kinematics = kinematics_of(body.spec.model.description.name)
+    return Arm(body, kinematics, side, kinematics.positions(body.joint_names), kinematics.positions(body.upper_names))
+
+
+def rest_posture(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """``q`` with torso and arms in the walking posture: what the redundant joints are drawn to."""
+    rest = q.copy()
+    rest[arm.upper] = arm.body.named_posture("walk")
+    return rest
+
+
+def solve_two_stage(
+    arm: Arm, stance: Stance, rest: np.ndarray, q: np.ndarray, target: Target, good_m: float = 0.002
+) -> tuple[Solution, ChainIk]:
+    """Place the hand from ``q``: the arm alone, then, if it leaves more than ``good_m`` or 0.05 rad, torso and arm."""
+    found: list[tuple[Solution, ChainIk]] = []
+    for _, solver in two_stage(arm.kinematics, arm.side, stance, rest):
+        solution = solver.solve(q, target, 40)
+        found.append((solution, solver))
+        if solution.within(good_m, 0.05):
+            break
+    return min(found, key=lambda each: each[0].position_error_m + 0.1 * each[0].axis_error_rad)
+
+
+def straight_path(
+    solver: ChainIk, q: np.ndarray, start: Target, offset: np.ndarray, rows: int
+) -> tuple[np.ndarray, Solution]:
+    """Postures (rows, nq) along a straight line of the tool from ``start`` by ``offset`` (3,) [m]; and the last one."""
+    path = []
+    solution = solver.judge(q, start)
+    for share in np.linspace(0.0, 1.0, rows):
+        place = Target(start.position + share * offset, start.approach)
+        solution = solver.solve(solution.q, place, 12)
+        path.append(solution.q)
+    return np.array(path), solution
+
+
+def plan_stance(arm: Arm) -> tuple[np.ndarray, Stance]:
+    """Return the reference configuration and what to keep while the hands work."""
+    q = arm.reference()
+    return q, stance_of(arm.kinematics, arm.measured())
+
+
+def smooth(share: float) -> float:
+    """Minimum-jerk progress, 0 to 1, after a share of the time. Source: Flash and Hogan 1985."""
+    s = min(max(share, 0.0), 1.0)
+    return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+
+
+def hold(arm: Arm, seconds: float, jaws: tuple[float, float]) -> Ticks:
+    """Keep the reference posture."""
+    posture = arm.body.posture.copy()
+    for _ in range(round(seconds / arm.body.tick_s)):
+        yield Tick(posture, jaws=jaws)
+
+
+def follow_path(arm: Arm, path: np.ndarray, duration_s: float, jaws: tuple[float, float]) -> Ticks:
+    """Stream upper-body postures (rows, n_upper), from rest to rest, starting wherever the reference is now."""
+    rows = np.vstack([arm.body.posture, path])
+    length = len(rows) - 1
+    before = rows[0]
+    count = max(1, round(duration_s / arm.body.tick_s))
+    for k in range(1, count + 1):
+        place = smooth(k / count) * length
+        row = min(int(place), length - 1)
+        posture = rows[row] + (place - row) * (rows[row + 1] - rows[row])
+        yield Tick(posture, (posture - before) / arm.body.tick_s, jaws=jaws)
+        before = posture
+
+
+def blend(arm: Arm, goal: np.ndarray, jaws: tuple[float, float], least_s: float = LEAST_BLEND_S) -> Ticks:
+    """Move the reference to an upper-body posture (n_upper,), joints in step, no faster than the wrists may."""
+    far = float(np.abs(goal - arm.body.posture).max())
+    yield from follow_path(arm, goal[None, :], max(least_s, STRETCH * far / PEAK_RATE_RAD_S), jaws)
+
+
+def home(arm: Arm) -> np.ndarray:
+    """Upper-body posture (n_upper,) with this arm and the torso as for walking and the rest as it is."""
+    moving = (*arm.kinematics.torso, *arm.kinematics.arms[arm.side])
+    walk = arm.body.named_posture("walk")
+    return np.where([name in moving for name in arm.body.upper_names], walk, arm.body.posture)
