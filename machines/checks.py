@@ -47,6 +47,11 @@ def _names(machine: Machine) -> Iterator[Problem]:
     names = tuple(s.name for s in machine.states)
     for name in _doubles(names):
         yield Problem(_at(machine, name), "the state is declared twice", "Give each state one entry.")
+    for state in machine.states:
+        if not (state.program or state.manual or state.name in machine.ends):
+            yield Problem(
+                _at(machine, state.name), "nothing runs in it", "Name a program, or make it manual or an end."
+            )
     for name in (machine.start, *sorted(machine.ends)):
         if name not in names:
             yield unknown_name(_at(machine, "start or end"), name, names)

@@ -1,8 +1,8 @@
-"""The extended state machine as data: states, outcomes with autonomy thresholds, failure counters; checked when declared.
+"""The extended state machine as data: states, outcomes with thresholds, failure counters; checked when declared.
 
-Source: the 8-tuple (Σ, S, s0, δ, D, F, U, A) of the WPI paper, section IV (Banerjee et al., "Human-supervised control of a
-humanoid in the Space Robotics Challenge"), widened by the autonomy threshold on every outcome of FlexBE (Schillinger et
-al., ICRA 2016). Not modelled: hierarchy, concurrence and data keys; hardware status h is one bit, *the robot is up*.
+Source: the 8-tuple (Σ, S, s0, δ, D, F, U, A) of Jagtap, Agarwal et al., "Extended State Machines for Robust Robot
+Performance in Complex Tasks", section IV (the WPI paper), with the autonomy threshold on every outcome that ViGIR's
+behaviours have. Not modelled: hierarchy, concurrence and data keys; hardware status h is one bit, *the robot is up*.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Counter:
 class Row:
     """What becomes of one signal of a state's program: trigger F and update U.
 
-    The first counter that is not full takes the failure and gives its event; when all are full, ``failed`` is the event.
+    The first counter that is not full takes the failure and gives its event; when all are full, it is ``failed``.
 
     Attributes:
         signal: what the program returns: an event of the state, or a name of its own that starts with ``!``.
@@ -130,7 +130,7 @@ class State:
 
 
 class EightTuple(NamedTuple):
-    """(Σ, S, s0, δ, D, F, U, A) of the WPI paper, section IV.
+    """(Σ, S, s0, δ, D, F, U, A) of the WPI paper, section IV
 
     Attributes:
         symbols: Σ, all inputs: events, signals of programs, and ``!fell``.

@@ -1,15 +1,15 @@
 """Runs a machine on the clock: starts programs, guards outcomes, keeps counts, asks and obeys the operator.
 
 It knows no robot and no link, takes no time of its own and polls nothing. What meets at one instant is settled by order
-of arrival, with two exceptions: a fall wins over everything, and a forced event wins over an outcome of the program that
-the executive has not yet taken up. Once an answer is accepted, later commands for the same visit are ignored.
+of arrival, but a fall wins over everything, and a forced event wins over an outcome of the program that the executive
+has not yet taken up. Once an answer is accepted, later commands for the same visit are ignored.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, cast
 
 import simpy
 
@@ -115,7 +115,7 @@ class Executive:
         self.pending: Pending | None = None
         self.running = False
         self._requests = 0
-        self._entered_s = 0.0
+        self._entered_s, self._waited_s = 0.0, 0.0
         self._answer: _Answer | None = None
         self._fallen: str | None = None
         self._called = env.event()
@@ -136,7 +136,7 @@ class Executive:
         """Take an event that is declared for the present state, whatever its program does or suggests."""
         pending = self.pending
         if not self.running or not self.machine.has_edge(self.state, event):
-            self._ignore(0, event, f"not declared for {self.state}" if self.running else "the machine is not running")
+            self._ignore(event, f"not declared for {self.state}" if self.running else "the machine is not running")
         elif pending is not None:
             self._accept(_Answer("forced", event), pending.request, event, "answered")
         else:
@@ -154,9 +154,9 @@ class Executive:
         self._release(0, f"level {level}", "level", "")
         self._voice.level(level)
         pending = self.pending
-        if pending is not None and pending.kind == "confirm" and self._answer is None:
-            if self.machine.edge(self.state, pending.event).passes(level):
-                self._wake(_Answer("autonomous"))
+        suggested = pending is not None and pending.kind == "confirm" and self._answer is None
+        if pending and suggested and self.machine.edge(self.state, pending.event).passes(level):
+            self._wake(_Answer("autonomous"))
 
     def fell(self, cause: str) -> None:
         """The robot is down, whoever noticed: the machine cannot recover."""
@@ -197,7 +197,7 @@ class Executive:
         if self._answer is not None:
             yield from self._bring_to_rest(process)
             return self._answered(self._answer, None, "", "")
-        signal, note = process.value
+        signal, note = _value(process)
         if signal == FELL:
             self._fallen = note or "the robot fell"
             return None
@@ -218,7 +218,7 @@ class Executive:
         if process.is_alive:
             process.interrupt(f"forced {self._answer.event}" if self._answer.kind == "forced" else self._answer.note)
             yield process
-        signal, note = process.value
+        signal, note = _value(process)
         if signal == FELL and self._fallen is None:
             self._fallen = note or "the robot fell"
 
@@ -247,8 +247,6 @@ class Executive:
             return None
         return _Taken(edge, "confirmed" if answer.kind == "confirmed" else "autonomous", signal, note, waited_s)
 
-    _waited_s = 0.0
-
     def _take(self, taken: _Taken) -> None:
         edge, now_s = taken.edge, float(self._env.now)
         before = self.variables.failures.get(edge.state, 0)
@@ -260,9 +258,7 @@ class Executive:
                 edge.threshold, self.level, taken.waited_s, taken.note,
             )
         )  # fmt: skip
-        self._voice.transition(
-            self.machine.edge_index(edge.state, edge.event), edge.state, edge.event, edge.next_state
-        )
+        self._voice.transition(self.machine.edge_index(edge.state, edge.event), edge.state, edge.event, edge.next_state)
         self.state = edge.next_state
 
     def _result(self, last: _Taken | None) -> Result:
@@ -279,16 +275,16 @@ class Executive:
         """Is this the open request of a suggested event? If not, say so in the log."""
         pending = self.pending
         if pending is None or pending.request != request or self._answer is not None:
-            self._ignore(request, command, "no such request is open")
+            self._ignore(f"{command} {request}", "no such request is open")
             return False
         if pending.kind != "confirm":
-            self._ignore(request, command, "nothing is suggested: an event is asked for")
+            self._ignore(f"{command} {request}", "nothing is suggested: an event is asked for")
             return False
         return True
 
     def _accept(self, answer: _Answer, request: int, command: str, effect: str) -> None:
         if self._answer is not None or self._fallen is not None:
-            self._ignore(request, command, "already decided")
+            self._ignore(command, "already decided")
             return
         self.round_trips += effect == "answered"
         self._release(request, command, effect, self.state)
@@ -300,8 +296,8 @@ class Executive:
         if not self._called.triggered:
             self._called.succeed()
 
-    def _ignore(self, request: int, command: str, note: str) -> None:
-        self._release(request, command, "ignored", note)
+    def _ignore(self, command: str, note: str) -> None:
+        self._release(0, command, "ignored", note)
         self._voice.line(f"ignored {command}: {note}")
 
     def _release(self, request: int, command: str, effect: str, note: str) -> None:
@@ -312,6 +308,11 @@ class Executive:
             self.mode = mode
             self._emit(ModeChanged(float(self._env.now), self.state, mode))
             self._voice.mode(mode)
+
+
+def _value(process: simpy.Process) -> tuple[str, str]:
+    signal, note = cast(tuple[str, str], process.value)
+    return signal, note
 
 
 def _check_level(level: int) -> None:
