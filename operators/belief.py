@@ -2,55 +2,42 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from teleop_sim.channel.messages import MODES, LevelIs, Message, MirrorUpdate, ModeIs, Request
-from teleop_sim.machines.declare import Edge, Machine
+from teleop_sim.machines.declare import Edge
+from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.interventions import failed_state
-
-
-class Mirror(Protocol):
-    """What the belief asks of the machine's copy at the control station."""
-
-    @property
-    def machine(self) -> Machine:
-        """The machine that is mirrored; both sites hold its table."""
-        ...
-
-    def apply(self, edge: int) -> object:
-        """Follow a transition that the field site took."""
-        ...
 
 
 class Belief:
     """The state of things as the operator knows them.
 
     Attributes:
+        mirror: the machine's copy: present state, mode, level and open request, as far as known.
         machine: the machine's table.
         visited: states seen, oldest first, the present one last; a state that repeats itself counts once.
         helped: failed state of every intervention so far, oldest first.
-        mode, level: as last heard; empty and -1 before.
 
     """
 
     def __init__(self, mirror: Mirror) -> None:
-        self._mirror = mirror
+        self.mirror = mirror
         self.machine = mirror.machine
         self.visited: tuple[str, ...] = (mirror.machine.start,)
         self.helped: tuple[str, ...] = ()
-        self.mode = ""
-        self.level = -1
 
     def take(self, message: Message) -> Edge | None:
         """Change the belief by a message; returns the transition that it told of, if any."""
         match message:
             case MirrorUpdate(edge=index):
-                self._mirror.apply(index)
-                return self._follow(self.machine.edges[index])
+                self.mirror.apply(index)
+                return self._follow(self.machine.edges[index]) if index < len(self.machine.edges) else None
             case ModeIs(mode=index):
-                self.mode = MODES[index]
+                self.mirror.mode_is(MODES[index])
             case LevelIs(level=level):
-                self.level = level
+                self.mirror.level_is(level)
+            case Request(request=number, kind=kind, state=state, event=event):
+                asked = self.machine.events[event] if kind == "confirm" else ""
+                self.mirror.request(number, kind, self.machine.state_names[state], asked)
             case _:
                 pass
         return None

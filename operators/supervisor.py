@@ -27,7 +27,8 @@ from teleop_sim.channel.messages import (
 )
 from teleop_sim.core.records import Emit, OperatorActed
 from teleop_sim.machines.declare import Edge
-from teleop_sim.operators.belief import Belief, Mirror
+from teleop_sim.machines.mirror import Mirror
+from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.policies import Policy, Supervise
 from teleop_sim.operators.timing import OperatorTiming, words_in
 
@@ -94,13 +95,14 @@ class Supervisor:
     def receive(self, topic: str, payload: bytes) -> None:
         """Take what the downlink delivered. The mirror's display changes at once; the rest waits for attention."""
         message = decode_message(topic, payload)
+        self._close(self.belief.take(message))
         match message:
             case Request():
                 self._take_request(message)
             case LogLine() | Image():
                 self._unread.append(message)
             case _:
-                self._close(self.belief.take(message))
+                pass
         _trigger(self._news)
 
     def run(self) -> Process:
@@ -166,7 +168,8 @@ class Supervisor:
             start_s = self._env.now
             yield self._env.timeout(self._timing.sample_s(self._sending_s(message), rng))
             self._submit(start_s, request, message, "")
-        if messages and request.request in self._asked:
+        # When a newer request has come meanwhile, this one is over.
+        if messages and request.request in self._asked and request.request == max(self._known):
             self._expect(request, messages)
 
     def _repeat(self, late: Unanswered) -> Process:
