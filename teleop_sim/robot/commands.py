@@ -80,7 +80,9 @@ class Look:
 
 @dataclass(frozen=True)
 class Scan:
-    """Spin the LIDAR half a turn; the episode's data is a ``Cloud``."""
+    """Spin the LIDAR half a turn; the episode's data is a ``Cloud``. Points near ``region`` are kept at full density."""
+
+    region: Vector | None = None
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,23 @@ TICK_S = 0.02
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
+class Sun(Protocol):
+    """Light on the scene: unit vector to the sun, its colour, and the brightness of shadows."""
+
+    @property
+    def to_sun(self) -> tuple[float, float, float]: ...
+    @property
+    def sun(self) -> tuple[float, float, float]: ...
+    @property
+    def ambient(self) -> float: ...
+
+
 class Scenery(Protocol):
     """What stands round the robot and how it behaves between control ticks."""
+
+    @property
+    def light(self) -> Sun:
+        """For the cameras."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add bodies, geoms and actuators to the model, after the robot."""
@@ -75,6 +90,7 @@ class Plant:
         self.joint_names: tuple[str, ...] = tuple(
             self.model.joint(i).name for i in range(self.model.njnt) if self.model.jnt_type[i] != 0
         )
+        self._actuators = {self.model.actuator(i).name: i for i in range(self.model.nu)}
         self._qposadr = {name: int(self.model.joint(name).qposadr[0]) for name in self.joint_names}
         self._groups = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
 
@@ -139,7 +155,7 @@ class Plant:
 
     def set_control(self, actuator: str, value: float) -> None:
         """Set one actuator's control."""
-        self.data.ctrl[self.model.actuator(actuator).id] = value
+        self.data.ctrl[self._actuators[actuator]] = value
 
     def pelvis(self) -> np.ndarray:
         """Root position and quaternion w, x, y, z, (7,)."""

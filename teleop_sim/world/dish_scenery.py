@@ -1,0 +1,61 @@
+"""SRC task 1 as scenery round a robot: the scene, the dish that follows its wheels, and the status it sends."""
+
+from __future__ import annotations
+
+import mujoco
+
+from teleop_sim.world import dish_layout as lay
+from teleop_sim.world import dish_scorer
+from teleop_sim.world.dish import DishSignals, DishWorld, Light, add_dish_world
+from teleop_sim.world.plant import Plant
+
+Memory = tuple[float, ...]
+"""One number: 1.0 once the pelvis has been in front of the console (checkpoint 1), else empty or 0.0."""
+
+
+class DishScenery:
+    """The dish task's world with its one rule that acts on physics: from checkpoint 1 on the dish follows the wheels."""
+
+    def __init__(self, world: DishWorld) -> None:
+        self.world = world
+        self._square = lay.checkpoint_1(world.dish)
+        self._scorer = dish_scorer.start(world)
+
+    @property
+    def light(self) -> Light:
+        """Sun and sky."""
+        return self.world.light
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add soil, walkway, console, wheels, dish."""
+        add_dish_world(spec, self.world)
+
+    def tick(self, plant: Plant, memory: Memory) -> Memory:
+        """Latch checkpoint 1; send the wheels' angles to the dish."""
+        reached = bool(memory and memory[0]) or self._in_front(plant)
+        yaw, pitch = signals(plant).dish_command_rad(1 if reached else 0)
+        plant.set_control("dishYaw", yaw)
+        plant.set_control("dishPitch", pitch)
+        return (1.0,) if reached else ()
+
+    def status(self, plant: Plant, memory: Memory) -> dict[str, float]:
+        """What the dish tells the robot while it acts; the hold timers are the scorer's, not known here."""
+        if not memory:
+            return {}
+        at = signals(plant)
+        state = dish_scorer.ScorerState(self._scorer.task, checkpoint=1)
+        return dish_scorer.status(state, 0.0, at.dish_yaw_rad, at.dish_pitch_rad)
+
+    def _in_front(self, plant: Plant) -> bool:
+        pelvis = plant.pelvis()
+        return lay.inside(self._square, lay.CHECKPOINT_SIDE_M, float(pelvis[0]), float(pelvis[1]))
+
+
+def signals(plant: Plant) -> DishSignals:
+    """Joint angles of wheels and dish now."""
+    return DishSignals(
+        yaw_wheel_rad=plant.angle("yawWheel"),
+        pitch_wheel_rad=plant.angle("pitchWheel"),
+        dish_yaw_rad=plant.angle("dishYaw"),
+        dish_pitch_rad=plant.angle("dishPitch"),
+    )
