@@ -6,7 +6,6 @@ inside the commands, so that ``--help`` and shell completion answer at once.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from teleop_sim.cli_io import flush, say, warn
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
@@ -36,16 +36,13 @@ app.add_typer(scenarios_app, name="scenarios")
 
 
 def main() -> NoReturn:
-    """Run the command line and exit; a reader that went away (``| head``) changes no exit code."""
+    """Run the command line and exit."""
     code: int | str | None = DONE
     try:
         app(prog_name="teleop-sim")
     except SystemExit as end:
         code = end.code
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    flush()
     sys.exit(code)
 
 
@@ -71,7 +68,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         import teleop_sim
 
-        _say(f"teleop-sim {teleop_sim.__version__}")
+        say(f"teleop-sim {teleop_sim.__version__}")
         raise typer.Exit(DONE)
 
 
@@ -137,23 +134,32 @@ def _watched_run(chosen: Scenario, out: Path, quiet: bool) -> RunResult:
     from teleop_sim.cli_progress import watch
     from teleop_sim.run import run as run_scenario
 
+    log = log_path(out, chosen)
+    older = _written(log)
     try:
         with watch(f"{chosen.name} seed {chosen.seed}", quiet) as progress:
             return run_scenario(chosen, chosen.seed, out, progress=progress)
     except KeyboardInterrupt:
-        log = log_path(out, chosen)
-        _warn(
-            f"interrupted: {log} reads up to the interruption and says that it was interrupted\n"
-            f"  next: teleop-sim report {log}"
-        )
+        if _written(log) == older:
+            warn("interrupted before anything was logged")
+        else:
+            warn(
+                f"interrupted: {log} reads up to the interruption and says that it was interrupted\n"
+                f"  next: teleop-sim report {log}"
+            )
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _written(path: Path) -> int | None:
+    """What changes when a file is replaced; None: there is none."""
+    return path.stat().st_ino if path.exists() else None
 
 
 def _print_result(result: RunResult, as_json: bool) -> None:
     from teleop_sim.cli_show import print_summary, result_json
 
     if as_json:
-        _say(result_json(result))
+        say(result_json(result))
     else:
         print_summary(result)
 
@@ -180,7 +186,7 @@ def list_command() -> None:
 
         width = max(map(len, list_scenarios()), default=0)
         for name in list_scenarios():
-            _say(f"{name:{width}}  {load_scenario(name).question}")
+            say(f"{name:{width}}  {load_scenario(name).question}")
 
 
 @scenarios_app.command("show")
@@ -200,12 +206,12 @@ def show_command(
 
             from teleop_sim.scenarios.files import json_schema
 
-            _say(json.dumps(json_schema(), indent=2))
+            say(json.dumps(json_schema(), indent=2))
         elif name is None:
-            _warn(f"scenarios show: no name was given\n  Known: {', '.join(list_scenarios())}.")
+            warn(f"scenarios show: no name was given\n  Known: {', '.join(list_scenarios())}.")
             raise typer.Exit(BAD_INPUT)
         else:
-            _say(find_scenario(name).read_text(encoding="utf-8").rstrip("\n"))
+            say(find_scenario(name).read_text(encoding="utf-8").rstrip("\n"))
 
 
 @scenarios_app.command("check")
@@ -217,10 +223,10 @@ def check_command(files: Annotated[list[str], typer.Argument(help="Scenario file
     for file in files:
         try:
             load_scenario(file)
-            _say(f"{file}: ok")
+            say(f"{file}: ok")
         except TeleopError as error:
             bad = True
-            _warn(str(error))
+            warn(str(error))
     raise typer.Exit(BAD_INPUT if bad else DONE)
 
 
@@ -230,21 +236,11 @@ def _errors_shown() -> Iterator[None]:
     try:
         yield
     except TeleopError as error:
-        _warn(str(error))
-    except BrokenPipeError:
-        raise
+        warn(str(error))
     except UnicodeDecodeError as error:
-        _warn(f"not UTF-8: {error}")
+        warn(f"not UTF-8: {error}")
     except OSError as error:
-        _warn(f"{error.filename or 'system'}: {error.strerror or error}")
+        warn(f"{error.filename or 'system'}: {error.strerror or error}")
     else:
         return
     raise typer.Exit(BAD_INPUT)
-
-
-def _say(text: str) -> None:
-    typer.echo(text)
-
-
-def _warn(text: str) -> None:
-    typer.echo(text, err=True)

@@ -1,0 +1,99 @@
+"""What the commands print: a run's summary, its JSON, a report."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from teleop_sim.cli_io import forget_reader
+from teleop_sim.core.units import format_time
+
+if TYPE_CHECKING:
+    from teleop_sim.core.records import Record
+    from teleop_sim.run import RunResult
+
+_WIDTH_OF_A_FILE = 120
+
+
+class _Paper(Console):
+    """Standard output; wide where it is no terminal; a reader that went away is no error."""
+
+    def __init__(self) -> None:
+        super().__init__(highlight=False, markup=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_FILE)
+
+    def on_broken_pipe(self) -> None:
+        forget_reader()
+
+
+def result_json(result: RunResult) -> str:
+    """One JSON object; what is not known (the completion time of a failure) is null."""
+    return json.dumps({name: _plain(value) for name, value in asdict(result).items()}, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, dict):
+        return {name: _plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def print_summary(result: RunResult) -> None:
+    """Outcome, table of states beside the paper's, where the time went, and what to type next."""
+    from teleop_sim.log.load import load
+
+    paper = _Paper()
+    _print_tables(paper, list(load(result.log).records()))
+    for line in summary_lines(result):
+        paper.print(line, soft_wrap=True)
+
+
+def summary_lines(result: RunResult) -> list[str]:
+    """How the run ended and where its log is."""
+    done = result.outcome == "completed"
+    how = f"completed in {format_time(result.completion_time_s)}" if done else f"{result.outcome}: {result.cause}"
+    exact = f" ({result.completion_time_s:.3f} s of simulated time)" if done else ""
+    return [
+        "",
+        f"{result.scenario} seed {result.seed}: {how}{exact}",
+        f"round trips {result.round_trips}, operator acts {result.operator_acts}, computed in {result.wall_s:.1f} s",
+        f"log:  {result.log}",
+        f"next: teleop-sim report {shlex.quote(str(result.log))}",
+    ]
+
+
+def print_report(log: Path, out: Path | None) -> None:
+    """Write the report of a log and print its tables and the files' paths.
+
+    Raises:
+        LogDamaged: the log cannot be read.
+        OSError: a file cannot be written.
+
+    """
+    from teleop_sim.log.load import load
+    from teleop_sim.reports.write import write_report
+
+    opened = load(log)
+    paths = write_report(log, out)
+    paper = _Paper()
+    _print_tables(paper, list(opened.records()))
+    if opened.interrupted:
+        paper.print(f"\nThe run was interrupted: the log reads up to {opened.end_s:.1f} s.")
+    for path in paths:
+        paper.print(f"wrote {path}", soft_wrap=True)
+
+
+def _print_tables(paper: Console, records: list[Record]) -> None:
+    from teleop_sim.reports.table import rich_shares, rich_table, state_table, where_time_went
+
+    paper.print(rich_table(state_table([records])))
+    paper.print(rich_shares(where_time_went(records)))

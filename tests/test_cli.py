@@ -1,0 +1,281 @@
+"""The command line without a run: arguments, messages, exit codes, speed of ``--help``."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from teleop_sim.cli import app
+from teleop_sim.cli_options import OPTIONS, scenario_from
+from teleop_sim.cli_progress import PlainLines, live_text
+from teleop_sim.cli_show import result_json, summary_lines
+from teleop_sim.core.errors import BadInput
+from teleop_sim.scenarios.files import list_scenarios, read_scenario
+
+COMMAND = Path(sys.executable).with_name("teleop-sim")
+
+
+def call(*args: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of the command line, in this process."""
+    result = CliRunner().invoke(app, args, prog_name="teleop-sim")
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def chosen(tmp_path: Path, scenario: str = "src-dish", **given: str | None) -> object:
+    return scenario_from(scenario, {f"--{name.replace('_', '-')}": text for name, text in given.items()}, tmp_path)
+
+
+def refusals(tmp_path: Path, scenario: str = "src-dish", **given: str | None) -> dict[str, str]:
+    with pytest.raises(BadInput) as refused:
+        chosen(tmp_path, scenario, **given)
+    return {p.where: p.what for p in refused.value.problems}
+
+
+def test_help_and_version_end_well() -> None:
+    assert call("--help")[0] == 0
+    assert call("run", "--help")[0] == 0
+    code, out, _ = call("--version")
+    assert (code, out) == (0, "teleop-sim 0.1.0\n")
+
+
+def test_scenarios_list_names_and_questions() -> None:
+    code, out, _ = call("scenarios", "list")
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == list(list_scenarios())
+    assert all(line.endswith("?") for line in out.splitlines())
+
+
+def test_what_scenarios_show_prints_is_a_scenario_file(tmp_path: Path) -> None:
+    code, out, _ = call("scenarios", "show", "src-dish")
+    assert code == 0
+    assert read_scenario(out, "shown", "mine").name == "mine"
+    file = tmp_path / "mine.toml"
+    file.write_text(out)
+    assert call("scenarios", "check", str(file)) == (0, f"{file}: ok\n", "")
+
+
+def test_scenarios_show_schema_is_json() -> None:
+    code, out, _ = call("scenarios", "show", "--schema")
+    assert code == 0
+    assert json.loads(out)["title"] == "Scenario"
+
+
+def test_scenarios_show_wants_a_name() -> None:
+    code, out, err = call("scenarios", "show")
+    assert (code, out) == (2, "")
+    assert "src-dish" in err
+
+
+def test_scenarios_check_goes_on_after_a_bad_file(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("schema = 1\nsead = 1\n")
+    code, out, err = call("scenarios", "check", str(bad), "src-dish", str(tmp_path / "none.toml"))
+    assert (code, out) == (2, "src-dish: ok\n")
+    assert f"{bad}:2:1: sead: unknown key" in err
+    assert "Did you mean 'seed'?" in err
+    assert "none.toml: no such file" in err
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("run",),
+        ("run", "src-dish", "--uplnik", "3"),
+        ("run", "src-dish", "extra"),
+        ("rum", "src-dish"),
+        ("scenarios", "lst"),
+        ("scenarios", "check"),
+        ("scenarios", "show", "src-dich"),
+        ("run", "src-dich"),
+        ("run", "src-dish", "--uplink", "0bps"),
+        ("report", "no-such-log.mcap"),
+    ],
+)
+def test_bad_usage_ends_with_2_and_says_nothing_on_standard_output(args: tuple[str, ...]) -> None:
+    code, out, err = call(*args)
+    assert (code, out) == (2, "")
+    assert err
+
+
+def test_all_bad_options_and_the_file_s_faults_come_together(tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        "schema = 1\nsead = 1\n[link.up]\nrate_bps = 1\ndelay_s = 1\n[link.down]\nrate_bps = 1\ndelay_s = 1\n"
+    )
+    code, out, err = call(
+        "run", str(file), "--uplink", "380", "--latency=-1s", "--seed", "x", "--autonomy", "ful", "--time-limit", "0s"
+    )  # fmt: skip
+    assert (code, out) == (2, "")
+    for said in ("--uplink: '380'", "--latency: -1s", "--seed: 'x'", "'ful'\n  Did you mean 'full'?", "--time-limit"):
+        assert said in err
+    assert f"{file}:2:1: sead: unknown key" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        ("uplink", "0bps"),
+        ("uplink", "-1kbps"),
+        ("uplink", "380"),
+        ("uplink", "10s"),
+        ("uplink", "nan"),
+        ("downlink", ""),
+        ("latency", "10"),
+        ("latency", "-1s"),
+        ("latency", "10bps"),
+        ("latency", "1e400s"),
+        ("autonomy", "FULL"),
+        ("autonomy", ""),
+        ("pacing", "fast"),
+        ("seed", "1.5"),
+        ("seed", "-1"),
+        ("seed", "9" * 5000),
+        ("time_limit", "0s"),
+        ("time_limit", "inf"),
+    ],
+)
+def test_a_bad_option_is_named_once(tmp_path: Path, option: str, text: str) -> None:
+    assert list(refusals(tmp_path, **{option: text})) == [f"--{option.replace('_', '-')}"]
+
+
+def test_options_reach_the_scenario_with_their_units(tmp_path: Path) -> None:
+    made = scenario_from(
+        "src-dish",
+        {
+            "--uplink": "64bps",
+            "--downlink": "50kbps",
+            "--latency": "250ms",
+            "--autonomy": "low",
+            "--pacing": "eager",
+            "--seed": "7",
+            "--time-limit": "5min",
+        },
+        tmp_path,
+    )
+    assert (made.link.up.rate_bps, made.link.down.rate_bps) == (64.0, 50e3)
+    assert (made.link.up.delay_s, made.link.down.delay_s) == (0.25, 0.25)
+    assert (made.autonomy, made.pacing, made.seed, made.time_limit_s) == ("low", "eager", 7, 300.0)
+    assert made.link.up.delay_source == "given: --latency"
+
+
+def test_options_left_out_change_nothing(tmp_path: Path) -> None:
+    assert chosen(tmp_path, **dict.fromkeys(["uplink", "seed"])) == chosen(tmp_path)
+
+
+def test_every_option_of_the_table_is_one_of_run() -> None:
+    _, out, _ = call("run", "--help")
+    assert all(option.name in out for option in OPTIONS)
+
+
+def test_an_output_directory_that_cannot_be_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    assert refusals(file)["--out"].endswith("file is not a directory")
+    assert refusals(file / "deeper")["--out"].endswith("file is not a directory")
+    (tmp_path / "src-dish_seed1.mcap").mkdir()
+    assert "--out" in refusals(tmp_path)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_an_output_directory_that_may_not_be_written_is_refused(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    assert "--out" in refusals(tmp_path)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run returns, as far as printing needs it."""
+
+    scenario: str = "a"
+    seed: int = 1
+    outcome: str = "failed"
+    cause: str = "fell: left sole slipped"
+    completion_time_s: float = math.nan
+    round_trips: int = 2
+    operator_acts: int = 3
+    wall_s: float = 5.0
+    physics_s: float = 4.0
+    log: Path = Path("runs/a b_seed1.mcap")
+    states: tuple[dict[str, object], ...] = ({"state": "START", "time_s": math.inf},)
+
+
+def test_json_has_null_for_what_is_not_a_number() -> None:
+    made = json.loads(result_json(Result()))  # type: ignore[arg-type]
+    assert made["completion_time_s"] is None
+    assert made["states"] == [{"state": "START", "time_s": None}]
+    assert made["log"] == "runs/a b_seed1.mcap"
+
+
+def test_the_summary_names_cause_and_next_command() -> None:
+    lines = summary_lines(Result())  # type: ignore[arg-type]
+    assert "a seed 1: failed: fell: left sole slipped" in lines
+    assert lines[-1] == "next: teleop-sim report 'runs/a b_seed1.mcap'"
+    done = summary_lines(replace(Result(), outcome="completed", completion_time_s=285.4))  # type: ignore[arg-type]
+    assert "a seed 1: completed in 4 min 45 s (285.400 s of simulated time)" in done
+
+
+@dataclass(frozen=True)
+class Now:
+    """What a run reports, as far as progress needs it."""
+
+    t_s: float = 12.5
+    time_limit_s: float = 1800.0
+    state: str = "DETECT_PANEL_COARSE"
+    mode: str = "normal"
+    up_use: float = 0.0
+    down_use: float = 0.25
+    note: str = "scan"
+
+
+def test_plain_progress_is_one_line_a_change() -> None:
+    lines: list[str] = []
+    show = PlainLines("a seed 1", lines.append)
+    for now in (Now(), Now(t_s=13.0), Now(t_s=14.0, mode="auto"), Now(t_s=15.0, mode="auto", down_use=1.0)):
+        show(now)  # type: ignore[arg-type]
+    assert len(lines) == 3
+    assert lines[1] == "     12.5 s  DETECT_PANEL_COARSE          normal   up   0 % down  25 %  scan"
+
+
+def test_live_progress_shows_clock_state_mode_and_link() -> None:
+    text = live_text("a seed 1", Now())  # type: ignore[arg-type]
+    for part in ("12.5 s", "30 min", "DETECT_PANEL_COARSE (normal)", "25 %", "scan"):
+        assert part in text
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    for args in (["scenarios", "list"], ["scenarios", "show", "--schema"]):
+        run = subprocess.Popen([COMMAND, *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        assert run.stdout is not None
+        run.stdout.close()
+        _, err = run.communicate(timeout=60)
+        assert (run.returncode, err) == (0, b"")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    heavy = "numpy, pandas, matplotlib, scipy, mujoco, pydantic, simpy, numba, pinocchio, casadi"
+    code = f"import sys; import teleop_sim.cli; print([m for m in '{heavy}'.split(', ') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_the_module_runs_as_the_command_does() -> None:
+    done = subprocess.run([sys.executable, "-m", "teleop_sim", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == "teleop-sim 0.1.0\n"
+
+
+def test_shell_completion_knows_the_scenarios() -> None:
+    asked = {
+        **os.environ,
+        "_TELEOP_SIM_COMPLETE": "complete_bash",
+        "COMP_WORDS": "teleop-sim run src",
+        "COMP_CWORD": "2",
+    }
+    done = subprocess.run([COMMAND], env=asked, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["src-dish"]
