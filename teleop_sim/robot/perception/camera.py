@@ -72,12 +72,13 @@ def take(
     distance, geoms, normal = rays.cast(pose.position, directions, CUTOFF_M)
     hit = np.flatnonzero(geoms >= 0)
     points = pose.position + directions[hit] * distance[hit, None]
-    facing = normal[hit] @ light.to_sun
+    to_sun = np.asarray(light.to_sun)
+    facing = normal[hit] @ to_sun
     sunlit = facing > 0.0
-    sunlit[sunlit] = _in_sun(rays, points[sunlit], pose.position, light.to_sun)
-    shade = light.ambient + np.where(sunlit, facing, 0.0)[:, None] * light.sun
+    sunlit[sunlit] = _in_sun(rays, points[sunlit], pose.position, to_sun)
+    shade = light.ambient + np.where(sunlit, facing, 0.0)[:, None] * np.asarray(light.sun)
     picture = np.empty((width * height, 3), np.float32)
-    picture[:] = np.asarray(SKY) * min(1.0, float(light.sun[0]))
+    picture[:] = np.asarray(SKY) * min(1.0, light.sun[0])
     picture[hit] = rays.colour(geoms[hit]) * shade * _speckle(rays, geoms[hit], points)[:, None]
     return _expose(picture, rng).reshape(height, width, 3)
 

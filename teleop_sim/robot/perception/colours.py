@@ -23,8 +23,8 @@ class Band:
 
 
 # Assumed: wide enough for a warm sun and shadows, narrow enough to leave brown soil out.
-RED: Final = Band(344.0, 28.0, 0.59, 0.137)
-BLUE: Final = Band(216.0, 48.0, 0.43, 0.137)
+RED: Final = Band(344.0, 28.0, 0.59, 0.06)
+BLUE: Final = Band(216.0, 48.0, 0.43, 0.06)
 
 LEAST_SHARE: Final = 1.2e-4  # assumed: of the image, 6 pixels of 320 x 170
 MOST_BLOBS: Final = 6  # assumed

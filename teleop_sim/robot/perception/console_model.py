@@ -22,7 +22,6 @@ WHEEL_HEIGHT_M: Final = 0.91  # of the wheels' centres over the foot
 WHEEL_SEPARATION_M: Final = 0.4
 WHEEL_RADIUS_M: Final = 0.14
 WHEEL_HALF_THICKNESS_M: Final = 0.015  # assumed
-HUB_RADIUS_M: Final = 0.03  # assumed
 KNOB_ORBIT_M: Final = 0.123
 KNOB_HEIGHT_M: Final = 0.082
 KNOB_RADIUS_M: Final = 0.029
@@ -68,7 +67,7 @@ def distance(poses: Floats, points: Floats) -> Floats:
         points: (n, 3), in the frame of the poses.
 
     Returns:
-        (k, n) [m], negative inside. Exact outside blocks and discs; a lower bound near the hubs.
+        (k, n) [m], negative inside. Exact outside.
 
     """
     c, s = np.cos(poses[:, 3, None]), np.sin(poses[:, 3, None])
@@ -101,7 +100,5 @@ def _wheels(x: Floats, y: Floats, z: Floats) -> Floats:
     height = np.abs(ct * w - st * x)
     r = np.sqrt(along * along + across * across)
     beyond, over = r - WHEEL_RADIUS_M, height - WHEEL_HALF_THICKNESS_M
-    disc = np.sqrt(np.maximum(beyond, 0.0) ** 2 + np.maximum(over, 0.0) ** 2) + np.minimum(
-        np.maximum(beyond, over), 0.0
-    )
-    return np.asarray(np.minimum(disc, np.maximum(r - HUB_RADIUS_M, height - HUB_RADIUS_M)))
+    outside = np.sqrt(np.maximum(beyond, 0.0) ** 2 + np.maximum(over, 0.0) ** 2)
+    return np.asarray(outside + np.minimum(np.maximum(beyond, over), 0.0))

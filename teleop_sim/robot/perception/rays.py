@@ -13,6 +13,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from teleop_sim.robot.commands import Vector
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 Bools = npt.NDArray[np.bool_]
@@ -44,19 +46,19 @@ class Rays(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Light:
     """One sun and light from everywhere.
 
     Attributes:
-        to_sun: (3,) unit vector.
-        sun: (3,) red, green, blue of the sun on a surface that faces it; 1 shows a surface's own colour.
+        to_sun: unit vector.
+        sun: red, green, blue of the sun on a surface that faces it; 1 shows a surface's own colour.
         ambient: brightness of a surface in the shadow, in 0..1.
 
     """
 
-    to_sun: Floats
-    sun: Floats
+    to_sun: Vector
+    sun: Vector
     ambient: float
 
 
