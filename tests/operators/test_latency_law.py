@@ -29,6 +29,9 @@ from teleop_sim.operators.timing import load_timing
 DISH = src_dish()
 OFF, FULL = 0, 3
 RATE_BPS = 380.0
+# Three lines take 12 s to read, longer than a program runs: reading is always under way when a request arrives, and how
+# much of it gets done between requests depends on the latency.
+LINES, LINE = 3, " ".join(["word"] * 13)
 
 
 @dataclass
@@ -43,7 +46,8 @@ class Site:
         return self.env.process(self._program(state))
 
     def _program(self, state: str):
-        self._tell(LogLine(float(self.env.now), f"{state} begins, with some words to read"))
+        for _ in range(LINES):
+            self._tell(LogLine(float(self.env.now), LINE))
         yield self.env.timeout(7.3)
         kind = "done"
         if state == self.failing:
