@@ -1,0 +1,39 @@
+"""All reports of one log, written beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from teleop_sim.log.load import load
+from teleop_sim.reports.table import csv_text, markdown_text, state_table
+from teleop_sim.reports.timeline import draw_timeline
+
+
+def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> list[Path]:
+    """Write the timeline (PNG and SVG) and the per-state table (CSV and Markdown) of a log.
+
+    Args:
+        log_path: of the log; may be cut off or interrupted.
+        out_dir: folder for the files, made if it is missing; None: the log's own.
+
+    Returns:
+        the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv`` and ``.states.md``.
+
+    Raises:
+        LogDamaged: there is no log at that path.
+        OSError: a file cannot be written.
+
+    """
+    log = load(log_path)
+    rows = state_table([log.records()])
+    folder = log.path.parent if out_dir is None else Path(out_dir)
+    folder.mkdir(parents=True, exist_ok=True)
+    name = log.path.name.removesuffix(".part").removesuffix(".mcap")
+    png, svg, csv, markdown = (
+        folder / f"{name}.{end}" for end in ("timeline.png", "timeline.svg", "states.csv", "states.md")
+    )
+    draw_timeline(log, png)
+    draw_timeline(log, svg)
+    csv.write_text(csv_text(rows), encoding="utf-8")
+    markdown.write_text(markdown_text(rows), encoding="utf-8")
+    return [png, svg, csv, markdown]
