@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from teleop_sim.cli_io import flush, say, warn
+from teleop_sim.cli_io import flush, prepare, say, warn
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ app.add_typer(scenarios_app, name="scenarios")
 def main() -> NoReturn:
     """Run the command line and exit."""
     code: int | str | None = DONE
+    prepare()
     try:
         app(prog_name="teleop-sim")
     except SystemExit as end:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
+from typing import TextIO
 
 import typer
 
@@ -13,12 +15,22 @@ def say(text: str) -> None:
     try:
         typer.echo(text)
     except BrokenPipeError:
-        forget_reader()
+        forget_reader(sys.stdout)
 
 
 def warn(text: str) -> None:
     """Print a text and its line end on standard error."""
-    typer.echo(text, err=True)
+    try:
+        typer.echo(text, err=True)
+    except BrokenPipeError:
+        forget_reader(sys.stderr)
+
+
+def prepare() -> None:
+    """Print what the terminal's encoding lacks as a question mark."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def flush() -> None:
@@ -26,11 +38,11 @@ def flush() -> None:
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        forget_reader()
+        forget_reader(sys.stdout)
 
 
-def forget_reader() -> None:
-    """Let all further output go nowhere."""
+def forget_reader(stream: TextIO) -> None:
+    """Let all further output of a stream go nowhere."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, stream.fileno())
     os.close(nowhere)

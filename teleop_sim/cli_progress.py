@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from teleop_sim.cli_io import warn
 from teleop_sim.core.units import format_time
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def watch(title: str, quiet: bool) -> Iterator[Watch | None]:
         with _live(title) as show:
             yield show
     else:
-        yield PlainLines(title, lambda line: print(line, file=sys.stderr, flush=True))
+        yield PlainLines(title, warn)
 
 
 class PlainLines:

@@ -29,7 +29,7 @@ class _Paper(Console):
         super().__init__(highlight=False, markup=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_FILE)
 
     def on_broken_pipe(self) -> None:
-        forget_reader()
+        forget_reader(sys.stdout)
 
 
 def result_json(result: RunResult) -> str:
@@ -80,7 +80,7 @@ def print_report(log: Path, out: Path | None) -> None:
 
     """
     from teleop_sim.log.load import load
-    from teleop_sim.reports.write import write_report
+    from teleop_sim.reports.page import write_report
 
     opened = load(log)
     paths = write_report(log, out)

@@ -16,7 +16,10 @@ from teleop_sim.cli_options import OPTIONS, scenario_from
 from teleop_sim.cli_progress import PlainLines, live_text
 from teleop_sim.cli_show import result_json, summary_lines
 from teleop_sim.core.errors import BadInput
+from teleop_sim.core.records import RunEnded, RunStarted, TransitionTaken
+from teleop_sim.log.writer import LogWriter
 from teleop_sim.scenarios.files import list_scenarios, read_scenario
+from teleop_sim.scenarios.schema import Scenario
 
 COMMAND = Path(sys.executable).with_name("teleop-sim")
 
@@ -28,13 +31,23 @@ def call(*args: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def chosen(tmp_path: Path, scenario: str = "src-dish", **given: str | None) -> object:
-    return scenario_from(scenario, {f"--{name.replace('_', '-')}": text for name, text in given.items()}, tmp_path)
+def chosen(out: Path, **given: str | None) -> Scenario:
+    return scenario_from("src-dish", {f"--{name.replace('_', '-')}": text for name, text in given.items()}, out)
 
 
-def refusals(tmp_path: Path, scenario: str = "src-dish", **given: str | None) -> dict[str, str]:
+def short_log(path: Path, ended: bool = True) -> Path:
+    """A log of two states."""
+    with LogWriter(path) as log:
+        log(RunStarted(0.0, "short", "", 1, 0, 1800.0, ""))
+        log(TransitionTaken(20.0, "START", "go", "DETECT_PANEL_COARSE", 0.0, "autonomous", "normal", 0, 0, 3, 0.0, ""))
+        if ended:
+            log(RunEnded(30.0, "failed", "fell", math.nan, 0, 0))
+    return path
+
+
+def refusals(out: Path, **given: str | None) -> dict[str, str]:
     with pytest.raises(BadInput) as refused:
-        chosen(tmp_path, scenario, **given)
+        chosen(out, **given)
     return {p.where: p.what for p in refused.value.problems}
 
 
@@ -166,7 +179,7 @@ def test_options_reach_the_scenario_with_their_units(tmp_path: Path) -> None:
 
 
 def test_options_left_out_change_nothing(tmp_path: Path) -> None:
-    assert chosen(tmp_path, **dict.fromkeys(["uplink", "seed"])) == chosen(tmp_path)
+    assert chosen(tmp_path, uplink=None, seed=None) == chosen(tmp_path)
 
 
 def test_every_option_of_the_table_is_one_of_run() -> None:
@@ -187,6 +200,38 @@ def test_an_output_directory_that_cannot_be_is_refused_before_anything_runs(tmp_
 def test_an_output_directory_that_may_not_be_written_is_refused(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     assert "--out" in refusals(tmp_path)
+
+
+def test_report_writes_its_files_beside_the_log_or_elsewhere_and_says_so(tmp_path: Path) -> None:
+    log = short_log(tmp_path / "short_seed1.mcap")
+    for args, home in (((), tmp_path), (("--out", str(tmp_path / "new")), tmp_path / "new")):
+        code, out, err = call("report", str(log), *args)
+        assert (code, err) == (0, "")
+        assert "Table II" in out
+        wrote = [Path(line.removeprefix("wrote ")) for line in out.splitlines() if line.startswith("wrote ")]
+        assert wrote
+        assert all(path.parent == home and path.stat().st_size for path in wrote)
+
+
+def test_report_of_an_interrupted_run_says_so(tmp_path: Path) -> None:
+    code, out, _ = call("report", str(short_log(tmp_path / "a.mcap", ended=False)))
+    assert code == 0
+    assert "interrupted: the log reads up to 20.0 s" in out
+
+
+def test_report_of_what_is_no_log_ends_with_2(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    file.write_bytes(b"no log at all")
+    code, out, err = call("report", str(file))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{file}: ")
+
+
+def test_report_into_a_place_that_is_no_directory_ends_with_2(tmp_path: Path) -> None:
+    log = short_log(tmp_path / "a.mcap")
+    code, out, err = call("report", str(log), "--out", str(log))
+    assert (code, out) == (2, "")
+    assert str(log) in err
 
 
 @dataclass(frozen=True)
