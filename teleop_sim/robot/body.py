@@ -46,7 +46,8 @@ class Body:
     Attributes:
         upper_names: joints of torso, neck and arms, in the model's order.
         joint_names: all joints but the jaws.
-        unfinished: the plan that was cut before this state. walking: the plan now followed, and the row reached.
+        unfinished: the plan that was cut before this state.
+        walking: the plan now followed, and the row reached.
         posture: (n_upper,) present reference of the upper body [rad]. jaws: present references.
         com_height_m: of the standing robot over its soles.
     """
@@ -111,7 +112,7 @@ class Body:
     # Setting up ----------------------------------------------------------------------------------------------------
 
     def _solve_stance(self) -> RobotState:
-        """Bent knees, soles flat on the ground at z = 0, centre of mass over the soles' middle (bisection on the hips)."""
+        """Bent knees, soles flat at z = 0, centre of mass over the soles' middle (bisection on the hips)."""
         plant, spec = self.plant, self.spec
         for name, value in zip(self.upper_names, self.named_posture("walk"), strict=True):
             plant.set_angle(name, float(value))

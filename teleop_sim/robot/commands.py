@@ -62,7 +62,7 @@ class Walk:
 
 @dataclass(frozen=True)
 class Step:
-    """Move the whole stance in the robot's own frame: side steps, strides back, a turn on the spot (in that order)."""
+    """Move the stance in the robot's own frame (strides, side steps), then turn on the spot."""
 
     forward_m: float = 0.0
     left_m: float = 0.0
@@ -80,7 +80,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Scan:
-    """Spin the LIDAR half a turn; the episode's data is a ``Cloud``. Points near ``region`` are kept at full density."""
+    """Spin the LIDAR half a turn; the episode's data is a ``Cloud``, at full density near ``region``."""
 
     region: Vector | None = None
 
@@ -122,7 +122,8 @@ class Follow:
     """Turn the held handle until a signal of the world is at its target, or something stops it.
 
     ``signal``: name of a status value that the task gives the robot, such as ``dish_pitch``. ``direction``: +1 is
-    anticlockwise about the affordance's axis. Ends ``reached``, ``grip_lost``, ``no_motion``, ``timed_out`` or ``no_plan``.
+    anticlockwise about the affordance's axis. Ends ``reached``, ``grip_lost``, ``no_motion``, ``timed_out`` or
+    ``no_plan``.
     """
 
     side: Side

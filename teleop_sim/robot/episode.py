@@ -1,7 +1,8 @@
 """An episode is a function: one command, from a state to rest, computed with physics.
 
-``perform(body, command, state, key)`` has no other inputs than its arguments: equal inputs give equal episodes, bit for bit. It
-runs as long as the robot acts and settles; between episodes the plant is frozen. Cut at ``until_s`` it gives exactly the first part.
+``perform(body, command, state, key)`` has no other inputs than its arguments: equal inputs give equal episodes, bit
+for bit. It runs as long as the robot acts and settles; between episodes the plant is frozen. Cut at ``until_s`` it
+gives exactly the first part.
 """
 
 from __future__ import annotations

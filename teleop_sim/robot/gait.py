@@ -1,8 +1,8 @@
 """Footsteps to a walking plan: piecewise-linear ZMP, closed-form DCM and centre of mass, one table.
 
-A plan is a table (n, law.COLUMNS) with one row a control tick. Within a tick the ZMP is constant, so DCM and centre of mass have closed forms:
-xi(k) = z + (xi(k+1) - z) e^{-w dt} backwards from rest on the last ZMP, and c(k+1) = z + (c(k) - z) e^{-w dt} + (xi(k) - z) sinh(w dt) forwards
-(linear inverted pendulum; Kajita et al., IROS 2001; Englsberger et al., T-RO 2015). No inverse kinematics.
+A plan is a table (n, law.COLUMNS) with one row a control tick. Within a tick the ZMP is constant, so the DCM has a
+closed form, backwards from rest on the last ZMP: xi(k) = z + (xi(k+1) - z) e^{-w dt} (linear inverted pendulum; Kajita
+et al., IROS 2001; Englsberger et al., T-RO 2015). No inverse kinematics: the control law finds the legs' motion.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ LEFT, RIGHT = 0, 1
 class Gait:
     """Walking figures.
 
-    ``swing_s``, ``transfer_s``: WPI's task code (both 0.7 s; val_task1.cpp). ``stride_m`` 0.3 and turning up to 0.2 rad with it, 0.6 rad on the spot:
-    WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a 2 cm bump (measured). ``width_m``: between sole
-    centres. ``first_s``, ``last_s``: first load shift and rest at the end (assumed).
+    ``swing_s``, ``transfer_s``: WPI's task code (both 0.7 s; val_task1.cpp). ``stride_m`` 0.3 and turning up to 0.2 rad
+    with it, 0.6 rad on the spot: WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a
+    2 cm bump (measured). ``width_m``: between sole centres. ``first_s``, ``last_s``: first load shift, rest (assumed).
     """
 
     swing_s: float = 0.7
@@ -78,9 +78,7 @@ def body_between(feet: Sequence[PlanarPose]) -> PlanarPose:
     return (x0 + x1) / 2, (y0 + y1) / 2, a0 + wrap(a1 - a0) / 2
 
 
-def steps_along(
-    feet: Sequence[PlanarPose], bodies: Sequence[PlanarPose], first: int, gait: Gait
-) -> tuple[Footstep, ...]:
+def steps_along(bodies: Sequence[PlanarPose], first: int, gait: Gait) -> tuple[Footstep, ...]:
     """Alternate feet under successive body poses, then bring the other foot beside."""
     steps = []
     foot = first
@@ -143,7 +141,8 @@ def first_foot(turn_rad: float, left_m: float = 0.0) -> int:
 def smooth(u: np.ndarray) -> np.ndarray:
     """Quintic from 0 to 1 with zero velocity and acceleration at both ends."""
     u = np.clip(u, 0.0, 1.0)
-    return u**3 * (10 - 15 * u + 6 * u * u)
+    curve: np.ndarray = u**3 * (10 - 15 * u + 6 * u * u)
+    return curve
 
 
 @dataclass(frozen=True)
@@ -203,7 +202,7 @@ def make_plan(
             ends.append(at)
     _fill_feet(rows, soles, tick_s)
     rows[:, law.HEIGHT] = com_height_m + ground_z_m
-    rows[:, law.XI : law.XI + 2] = _reference_dcm(rows[:, law.ZMP : law.ZMP + 2], np.array(com, float), omega, tick_s)
+    rows[:, law.XI : law.XI + 2] = reference_dcm(rows[:, law.ZMP : law.ZMP + 2], omega, tick_s)
     return Plan(rows, omega, tuple(ends))
 
 
@@ -239,14 +238,17 @@ def _fill_feet(rows: np.ndarray, soles: np.ndarray, tick_s: float) -> None:
     rows[:, law.YAW_RATE] = velocity[:, :, 3].mean(1)
 
 
-def _reference_dcm(zmp: np.ndarray, com: np.ndarray, omega: float, tick_s: float) -> np.ndarray:
+def reference_dcm(zmp: np.ndarray, omega: float, tick_s: float) -> np.ndarray:
+    """DCM (n, 2) that follows a ZMP table (n, 2), constant within each tick, and ends at rest on its last row.
+
+    It need not begin where the robot is: the first load shift is long, and feedback takes the few millimetres.
+    """
     n = len(zmp)
-    decay, growth = np.exp(-omega * tick_s), np.sinh(omega * tick_s)
+    decay = np.exp(-omega * tick_s)
     xi = np.empty((n + 1, 2))
     xi[n] = zmp[-1]
     for k in range(n - 1, -1, -1):
         xi[k] = zmp[k] + (xi[k + 1] - zmp[k]) * decay
-    # The DCM must start where the robot is: the start's offset decays into the first load shift through the feedback.
     return xi[:n]
 
 

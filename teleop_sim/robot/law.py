@@ -1,11 +1,12 @@
 """One control tick of the legs: closed-form whole-body inverse dynamics, compiled.
 
-Works on MuJoCo's own arrays (``cdof``, ``cdof_dot``, the sparse ``M`` whose base rows are also the centre-of-mass Jacobian, ``qfrc_bias``);
-no second dynamics library, no quadratic program. Unknowns: 6 base and 12 leg accelerations. Tasks: both soles (12), centre of
-mass (3), pelvis rotation (3). The structure leaves two 6x6 solves and one 3x3.
+Works on MuJoCo's own arrays (``cdof``, ``cdof_dot``, the sparse ``M`` whose base rows are also the centre-of-mass
+Jacobian, ``qfrc_bias``); no second dynamics library, no quadratic program. Unknowns: 6 base and 12 leg accelerations.
+Tasks: both soles (12), centre of mass (3), pelvis rotation (3). The structure leaves two 6x6 solves and one 3x3.
 
 Balance: the divergent component of motion xi = c + c'/omega is steered by the centre of pressure,
-p = zmp + (1 + k/omega)(xi - xi_ref), clamped to the soles (Englsberger, Ott, Albu-Schaeffer, IEEE T-RO 31 (2015), 355-368).
+p = zmp + (1 + k/omega)(xi - xi_ref), clamped to the soles (Englsberger, Ott, Albu-Schaeffer, IEEE T-RO 31 (2015),
+355-368).
 Not modelled: friction limits in the law (physics has them), torque limits (the actuators clip), self-collision.
 """
 
@@ -22,7 +23,7 @@ COLUMNS = FOOT + 24
 BOTH = 2.0
 """Value of STANCE with both feet on the ground; else the index of the standing foot."""
 
-# Columns of the law's memory: offset of the ground's height; landed flags; sole heights; last centre of pressure; DCM error.
+# Columns of the law's memory: ground's height; landed flags; sole heights; last centre of pressure; DCM error.
 GROUND, LANDED, SOLE_Z, COP, ERROR = 0, 1, 3, 5, 7
 MEMORY = 9
 
@@ -156,7 +157,7 @@ def com_velocity(a, mass):
 
 @njit(cache=True)
 def centre_of_pressure(row, g, memory, a, velocity):
-    """Wanted centre of pressure x, y, kept on the sole or on the hull of both, and the left foot's share of the load."""
+    """Set the wanted centre of pressure, kept on the sole or the hull of both; return the left foot's share."""
     ex = a.com[0] + velocity[0] / g.omega - row[XI]
     ey = a.com[1] + velocity[1] / g.omega - row[XI + 1]
     gain = 1.0 + g.dcm / g.omega
@@ -201,7 +202,7 @@ def feel_ground(row, g, memory, a):
 
 @njit(cache=True)
 def sole_task(i, row, g, memory, a, Jl, Jb):
-    """Fill the leg's (6, 6) and the base rotation's (6, 3) Jacobian of a sole; return the wanted minus drift acceleration."""
+    """Fill a sole's Jacobians by leg (6, 6) and base rotation (6, 3); return wanted minus drift acceleration."""
     r = a.sole[i] - a.com
     drift, velocity = np.zeros(6), np.zeros(6)
     for n in range(12):
@@ -348,7 +349,7 @@ def tick(row, g, memory, a, qref, vref, extra):
 
     Args:
         row: (COLUMNS,) of the walking or standing plan. g: Gains. memory: (MEMORY,), changed. a: Arrays.
-        qref, vref, extra: (nv - 6,) reference angles and rates of the upper body and torques to add; legs' entries unused.
+        qref, vref, extra: (nv - 6,) reference angles and rates of the upper body, torques to add; legs' are unused.
     """
     nv = a.qvel.size
     velocity = com_velocity(a, g.mass_kg)

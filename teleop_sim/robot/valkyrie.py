@@ -1,6 +1,7 @@
 """NASA Valkyrie R5 as data: body, servos, shapes, gait, postures.
 
-Links, joints, limits and inertias: ``valkyrie.json``, which names its source and licence. Masses agree with Table I of the WPI paper.
+Links, joints, limits and inertias: ``valkyrie.json``, which names its source and licence. Masses agree with Table I of
+the WPI paper.
 """
 
 from __future__ import annotations

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import mujoco
+import numpy as np
 
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world import dish_scorer
@@ -14,7 +17,7 @@ Memory = tuple[float, ...]
 
 
 class DishScenery:
-    """The dish task's world with its one rule that acts on physics: from checkpoint 1 on the dish follows the wheels."""
+    """The dish task's world with its one rule for physics: from checkpoint 1 on the dish follows the wheels."""
 
     def __init__(self, world: DishWorld) -> None:
         self.world = world
@@ -59,3 +62,40 @@ def signals(plant: Plant) -> DishSignals:
         dish_yaw_rad=plant.angle("dishYaw"),
         dish_pitch_rad=plant.angle("dishPitch"),
     )
+
+
+@dataclass(frozen=True)
+class DishScore:
+    """The scorer with the places of the dish's joints among the plant's."""
+
+    state: dish_scorer.ScorerState
+    yaw_joint: int
+    pitch_joint: int
+
+    @staticmethod
+    def start(world: DishWorld, joint_names: tuple[str, ...], time_limit_s: float) -> DishScore:
+        """The score before anything happened."""
+        state = dish_scorer.start(world, time_limit_s)
+        return DishScore(state, joint_names.index("dishYaw"), joint_names.index("dishPitch"))
+
+    @property
+    def checkpoint(self) -> int:
+        """The last checkpoint scored."""
+        return self.state.checkpoint
+
+    def at(self, t_s: float, pelvis: np.ndarray, joints: np.ndarray) -> tuple[DishScore, tuple[tuple[int, str], ...]]:
+        """The score after a sample, and what it saw."""
+        at = (float(pelvis[0]), float(pelvis[1]))
+        yaw, pitch = float(joints[self.yaw_joint]), float(joints[self.pitch_joint])
+        state, events = dish_scorer.advance(self.state, t_s, at, yaw, pitch)
+        seen = tuple((event.checkpoint, event.text) for event in events)
+        return (self if state is self.state else replace(self, state=state)), seen
+
+    def next_s(self, t_s: float) -> float:
+        """When a frozen robot must be sampled next."""
+        return dish_scorer.next_event_s(self.state, t_s)
+
+    def status(self, t_s: float, joints: np.ndarray) -> dict[str, float]:
+        """The dish's status message, hold timers included."""
+        yaw, pitch = float(joints[self.yaw_joint]), float(joints[self.pitch_joint])
+        return dish_scorer.status(self.state, t_s, yaw, pitch)

@@ -1,7 +1,8 @@
 """The plant: one MuJoCo model and its data. Everything that moves is in here, and nothing else steps it.
 
-Settings were measured to hold (docs/physics.md): ``implicitfast``, Newton, elliptic cones, impratio 10; 4 ms a step, one control tick every
-20 ms. ``jacobian="dense"`` avoids a sparse-Hessian bug of mujoco 4.0.0. ``ls_iterations`` must not be lowered: walks fail.
+Settings were measured to hold (docs/physics.md): ``implicitfast``, Newton, elliptic cones, impratio 10; 4 ms a step,
+one control tick every 20 ms. ``jacobian="dense"`` avoids a sparse-Hessian bug of mujoco 4.0.0. ``ls_iterations`` must
+not be lowered: walks fail.
 """
 
 from __future__ import annotations
@@ -21,14 +22,19 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Sun(Protocol):
-    """Light on the scene: unit vector to the sun, its colour, and the brightness of shadows."""
+    """Light on the scene."""
 
     @property
-    def to_sun(self) -> tuple[float, float, float]: ...
+    def to_sun(self) -> tuple[float, float, float]:
+        """Unit vector."""
+
     @property
-    def sun(self) -> tuple[float, float, float]: ...
+    def sun(self) -> tuple[float, float, float]:
+        """Its colour and strength."""
+
     @property
-    def ambient(self) -> float: ...
+    def ambient(self) -> float:
+        """Brightness of shadows."""
 
 
 class Scenery(Protocol):

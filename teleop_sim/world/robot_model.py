@@ -1,7 +1,7 @@
 """A robot's description as bodies, joints, shapes and servos of a MuJoCo model.
 
-Collision: every geom of the world has ``contype 1, conaffinity 7``; robot bodies and soles have 2 and 1, hands 4 and 1. So a
-robot touches the world and nothing of itself. Self-collision is not modelled.
+Collision: geoms of the world have ``contype 1`` and take 2 and 4 in ``conaffinity``; robot bodies and soles have 2 and
+1, hands 4 and 1. So a robot touches the world and nothing of itself. Self-collision is not modelled.
 Contact friction in MuJoCo is the larger of both geoms: the robot's own is small, so the world's decides.
 """
 
@@ -45,38 +45,38 @@ class Servo:
 
 
 class Cage(Protocol):
-    """A cage hand in numbers; see the robot that has it."""
+    """A cage hand in numbers; the robot that has it says what they mean."""
 
     @property
-    def stroke_m(self) -> float: ...
+    def stroke_m(self) -> float: ...  # noqa: D102
     @property
-    def bar_offset_m(self) -> tuple[float, float]: ...
+    def bar_offset_m(self) -> tuple[float, float]: ...  # noqa: D102
     @property
-    def bar_radius_m(self) -> float: ...
+    def bar_radius_m(self) -> float: ...  # noqa: D102
     @property
-    def bar_top_m(self) -> float: ...
+    def bar_top_m(self) -> float: ...  # noqa: D102
     @property
-    def bar_bottom_m(self) -> float: ...
+    def bar_bottom_m(self) -> float: ...  # noqa: D102
     @property
-    def bar_mass_kg(self) -> float: ...
+    def bar_mass_kg(self) -> float: ...  # noqa: D102
     @property
-    def force_n(self) -> float: ...
+    def force_n(self) -> float: ...  # noqa: D102
     @property
-    def kp_n_m(self) -> float: ...
+    def kp_n_m(self) -> float: ...  # noqa: D102
     @property
-    def kv_ns_m(self) -> float: ...
+    def kv_ns_m(self) -> float: ...  # noqa: D102
     @property
-    def damping_ns_m(self) -> float: ...
+    def damping_ns_m(self) -> float: ...  # noqa: D102
     @property
-    def armature_kg(self) -> float: ...
+    def armature_kg(self) -> float: ...  # noqa: D102
     @property
-    def body_radius_m(self) -> float: ...
+    def body_radius_m(self) -> float: ...  # noqa: D102
     @property
-    def body_half_m(self) -> float: ...
+    def body_half_m(self) -> float: ...  # noqa: D102
     @property
-    def body_z_m(self) -> float: ...
+    def body_z_m(self) -> float: ...  # noqa: D102
     @property
-    def body_mass_kg(self) -> float: ...
+    def body_mass_kg(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ def walk(body: Body, command: Walk, _: np.random.Generator) -> Motion:
     here = g.body_between(body.feet())
     bodies = g.walk_bodies(here, command.path, body.spec.gait)
     turn = g.wrap(bodies[0][2] - here[2]) if bodies else 0.0
-    yield from _follow_plan(body, g.steps_along(body.feet(), bodies, g.first_foot(turn), body.spec.gait))
+    yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(turn), body.spec.gait))
     x, y, _yaw = g.body_between(body.feet())
     return Done("reached", data=float(np.hypot(x - command.path[-1][0], y - command.path[-1][1])))
 
@@ -32,10 +32,10 @@ def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
     if abs(command.forward_m) + abs(command.left_m) > 1e-6:
         bodies = g.shift_bodies(here, command.forward_m, command.left_m, gait)
         first = g.first_foot(0.0, command.left_m)
-        yield from _follow_plan(body, g.steps_along(body.feet(), bodies, first, gait))
+        yield from _follow_plan(body, g.steps_along(bodies, first, gait))
     if abs(command.turn_rad) > 1e-6:
         bodies = g.turn_bodies(g.body_between(body.feet()), command.turn_rad, gait)
-        yield from _follow_plan(body, g.steps_along(body.feet(), bodies, g.first_foot(command.turn_rad), gait))
+        yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(command.turn_rad), gait))
     return Done("reached")
 
 

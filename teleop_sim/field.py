@@ -1,0 +1,241 @@
+"""The field site: the field computer with its executive, and the robot with its task, on the clock.
+
+Whatever reaches it came as bytes over the uplink; whatever leaves it goes as bytes over the downlink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+import simpy
+
+from teleop_sim.channel import messages as msg
+from teleop_sim.channel import vocabulary as chat
+from teleop_sim.core.records import Emit, EpisodeEnded, Released, Waited
+from teleop_sim.machines.declare import FELL, Machine
+from teleop_sim.machines.executive import Executive, Result
+from teleop_sim.onsite import Interrupted, RobotOnSite
+from teleop_sim.robot.commands import Look, Nudge, Posture
+from teleop_sim.robot.programs.steps import AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
+from teleop_sim.robot.skills.sensing import picture
+
+Send = Callable[[str, bytes, str], None]
+Process = Generator[simpy.Event, Any, Any]
+
+IMAGE_SIZE = (320, 170)
+IMAGE_QUALITY = 50
+"""JPEG quality of grey images (assumed: a few kB, legible)."""
+
+
+class FieldSite:
+    """One field site. ``run()`` is its process; ``receive`` takes what the uplink delivered.
+
+    Args:
+        env: the clock.
+        robot: the robot on its site.
+        machine: what the executive runs, at ``level``. programs: by state. poll_s: how often a program looks whether
+            a state is done; zero is at once.
+        send: to the downlink. emit: to the log.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        robot: RobotOnSite,
+        machine: Machine,
+        level: int,
+        programs: Mapping[str, ProgramOf],
+        poll_s: float,
+        send: Send,
+        emit: Emit,
+    ) -> None:
+        self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
+        self._send, self._emit = send, emit
+        self._memory = Memory()
+        self._acting: simpy.Process | None = None
+        self._pictures = 0
+        self.executive = Executive(env, machine, level, self._start_program, _Voice(env, machine, self._tell), emit)
+
+    def run(self) -> Generator[simpy.Event, Any, Result]:
+        """Process: run the machine to its end."""
+        return (yield from self.executive.run())
+
+    # What has arrived ----------------------------------------------------------------------------------------------
+
+    def receive(self, topic: str, payload: bytes) -> None:
+        """Obey a message that has arrived."""
+        match msg.decode_message(topic, payload):
+            case msg.Confirm(request=request):
+                self.executive.confirm(request)
+            case msg.Reject(request=request):
+                self.executive.reject(request)
+            case msg.SetLevel(level=level):
+                self.executive.set_level(level)
+            case msg.StopAll():
+                self._stop("stop all")
+            case msg.Chat(text=text):
+                self._obey(text)
+            case other:
+                self._note("ignored", str(other), "not a command")
+
+    def _obey(self, text: str) -> None:
+        try:
+            command = chat.parse_chat(text)
+        except msg.BadMessage as problem:
+            self._note("ignored", text, str(problem))
+            return
+        match command:
+            case chat.Event(name=name):
+                self.executive.force(name)
+            case chat.MoveHead(pitch_deg=pitch, yaw_deg=yaw):
+                self._direct(text, Look(float(np.radians(pitch)), float(np.radians(yaw)), 2.0))
+            case chat.NudgeHand(side=side, x_m=x, y_m=y, z_m=z):
+                self._direct(text, Nudge(side, (x, y, z)))
+            case _:
+                self._stop(text)
+
+    def _stop(self, text: str) -> None:
+        """Bring the robot to rest; the program goes on with what it then finds."""
+        if self._acting is not None and self._acting.is_alive and self._robot.busy:
+            self._note("stopped", text, "")
+            self._acting.interrupt("stop")
+        else:
+            self._note("ignored", text, "the robot is at rest")
+
+    def _direct(self, text: str, command: Look | Nudge | Posture) -> None:
+        """A movement that the operator commands himself; only while no program acts."""
+        if self._acting is not None and self._acting.is_alive:
+            self._note("ignored", text, "a program is acting")
+            return
+        self._note("direct", text, "")
+        self._acting = self._env.process(self._do_directly(command))
+
+    def _do_directly(self, command: Look | Nudge | Posture) -> Process:
+        try:
+            reply = yield from self._act(command)
+        except (Interrupted, simpy.Interrupt):
+            return FELL, ""
+        if reply.outcome == "fell":
+            self.executive.fell(reply.cause)
+        return "", ""
+
+    def _note(self, effect: str, command: str, note: str) -> None:
+        self._emit(Released(float(self._env.now), 0, command, effect, note))
+
+    # What the machine asks for -------------------------------------------------------------------------------------
+
+    def _start_program(self, state: str) -> simpy.Process:
+        before = self._acting
+        self._acting = self._env.process(self._program(state, before))
+        return self._acting
+
+    def _program(self, state: str, before: simpy.Process | None) -> Process:
+        """Drive the state's generator: do each step on the clock and hand it the answer."""
+        try:
+            if before is not None and before.is_alive:
+                yield before
+            entered_s = float(self._env.now)
+            program, answer, note = self._programs[state](self._memory), None, ""
+            while True:
+                try:
+                    step = program.send(answer)
+                except StopIteration as end:
+                    event = str(end.value)
+                    break
+                answer = yield from self._take_step(step)
+                if isinstance(answer, Reply):
+                    note = answer.cause or note
+            if event != FELL:
+                yield from self._wait_for_poll(entered_s)
+        except (Interrupted, simpy.Interrupt):
+            return (FELL, self._robot.fall_cause) if self._robot.fallen else ("", "interrupted")
+        return event, note
+
+    def _take_step(self, step: Step) -> Process:
+        match step:
+            case Wait(seconds=seconds, why=why):
+                yield from self._wait(seconds, why)
+            case AskStatus():
+                return self._robot.status()
+            case Say(text=text):
+                self._tell(msg.LogLine(float(self._env.now), text), text)
+            case Show():
+                self._show()
+            case command:
+                return (yield from self._act(command))
+        return None
+
+    def _act(self, command: Any) -> Process:
+        start_s, state = float(self._env.now), self.executive.state
+        episode = yield from self._robot.do(command)
+        now_s = float(self._env.now)
+        name = type(command).__name__.lower()
+        self._emit(
+            EpisodeEnded(now_s, start_s, state, name, brief(command), episode.outcome, episode.cause, episode.physics_s)
+        )
+        return Reply(episode.outcome, episode.cause, episode.data, now_s - start_s)
+
+    def _wait(self, seconds: float, why: str) -> Process:
+        if seconds <= 0.0:
+            return
+        start_s = float(self._env.now)
+        try:
+            yield self._env.timeout(seconds)
+        finally:
+            self._emit(Waited(float(self._env.now), start_s, self.executive.state, "pacing", why))
+
+    def _wait_for_poll(self, entered_s: float) -> Process:
+        """WPI's states look once a second whether they are done."""
+        if self._poll_s > 0.0:
+            spent_s = float(self._env.now) - entered_s
+            yield from self._wait(np.ceil(spent_s / self._poll_s - 1e-9) * self._poll_s - spent_s, "poll")
+
+    def _tell(self, message: msg.Message, text: str) -> None:
+        topic, payload = msg.encode_message(message)
+        self._send(topic, payload, text)
+
+    def _show(self) -> None:
+        self._pictures += 1
+        pixels = picture(self._robot.seen(), self._robot.rng(f"robot.show.{self._pictures}"))
+        self._tell(msg.encode_image(pixels, *IMAGE_SIZE, IMAGE_QUALITY), "camera image")
+
+
+class _Voice:
+    """The executive's words as messages."""
+
+    def __init__(self, env: simpy.Environment, machine: Machine, tell: Callable[[msg.Message, str], None]) -> None:
+        self._env, self._tell = env, tell
+        self._states = machine.state_names
+        self._edge_index = machine.edge_index
+
+    def transition(self, edge: int, state: str, event: str, next_state: str) -> None:
+        self._tell(msg.MirrorUpdate(edge), f"{state} {event} {next_state}")
+
+    def mode(self, mode: str) -> None:
+        self._tell(msg.ModeIs(msg.MODES.index(mode)), mode)
+
+    def level(self, level: int) -> None:
+        self._tell(msg.LevelIs(level), f"level {level}")
+
+    def request(self, request: int, kind: str, state: str, event: str) -> None:
+        number = self._edge_index(state, event) if event else 0
+        asked = msg.Request(request, "confirm" if kind == "confirm" else "manual", self._states.index(state), number)
+        self._tell(asked, f"{kind} {state} {event}")
+
+    def line(self, text: str) -> None:
+        self._tell(msg.LogLine(float(self._env.now), text), text)
+
+
+def brief(command: object) -> str:
+    """A command in a line of the log: clouds are left out, numbers have three decimals."""
+    if isinstance(command, float):
+        return f"{command:.3f}"
+    if isinstance(command, tuple):
+        return "(" + ", ".join(brief(x) for x in command) + ")"
+    if is_dataclass(command) and not isinstance(command, type):
+        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name != "cloud")
+        return f"{type(command).__name__}({', '.join(shown)})"
+    return str(command)

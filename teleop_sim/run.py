@@ -1,0 +1,244 @@
+"""One run: two sites and a link on one clock, into one log.
+
+A run is a function of scenario, seed and replicate. Only ``wall_s`` and ``physics_s`` of the result depend on the
+machine it ran on.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import simpy
+
+from teleop_sim.channel.link import Direction, DirectionSettings
+from teleop_sim.core.records import Emit, ModeChanged, OperatorActed, Record, RunEnded, RunStarted, TransitionTaken
+from teleop_sim.core.streams import stream
+from teleop_sim.field import FieldSite
+from teleop_sim.log.writer import LogWriter
+from teleop_sim.machines.executive import Result
+from teleop_sim.machines.mirror import Mirror
+from teleop_sim.machines.src_dish import src_dish
+from teleop_sim.onsite import RobotOnSite
+from teleop_sim.operators.policies import POLICIES
+from teleop_sim.operators.supervisor import Briefing, Supervisor
+from teleop_sim.operators.timing import load_timing
+from teleop_sim.reports.visits import state_rows
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.programs.pacing import PACINGS
+from teleop_sim.robot.programs.src_dish import dish_programs
+from teleop_sim.robot.valkyrie import valkyrie
+from teleop_sim.scenarios.names import AUTONOMY
+from teleop_sim.scenarios.schema import LinkDirection, Scenario
+from teleop_sim.scenarios.writing import scenario_to_toml
+from teleop_sim.world.dish import DishSettings, draw_dish_world
+from teleop_sim.world.dish_scenery import DishScenery, DishScore
+from teleop_sim.world.plant import Plant
+
+Clock = Callable[[], float]
+LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a run stands. ``up_use``, ``down_use``: share of the time in which each direction was sending."""
+
+    t_s: float
+    time_limit_s: float
+    state: str
+    mode: str
+    up_use: float
+    down_use: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What came of a run. ``wall_s``: on the wall clock; ``physics_s``: the part of it inside MuJoCo."""
+
+    scenario: str
+    seed: int
+    outcome: str
+    cause: str
+    completion_time_s: float
+    round_trips: int
+    operator_acts: int
+    wall_s: float
+    physics_s: float
+    log: Path
+    states: list[dict[str, Any]]
+
+
+def run(
+    scenario: Scenario,
+    seed: int,
+    out: Path,
+    replicate: int = 0,
+    progress: Callable[[Progress], None] | None = None,
+    clock: Clock = time.perf_counter,
+) -> RunResult:
+    """Run a scenario once and log it to ``out/<scenario>_seed<seed>.mcap``.
+
+    Args:
+        scenario: what to run. seed, replicate: all chance follows from them.
+        out: folder of the log; made if missing. A log of the same name is replaced when the new one is complete.
+        progress: called about once a simulated second.
+        clock: a wall clock [s] for the result's timings; the simulation never reads it.
+
+    Raises:
+        KeyboardInterrupt: passed on after the log has been finished up to the interruption.
+    """
+    started_s = clock()
+    path = out / f"{scenario.name}_seed{seed}.mcap"
+    writer = LogWriter(path)
+    watch = _Watch(scenario, writer.write, progress)
+    try:
+        bench = _Bench(scenario, seed, replicate, watch, clock)
+        watch.look = bench.progress
+        ended = bench.run()
+        writer.close()
+    except KeyboardInterrupt:
+        writer.interrupt()
+        raise
+    return RunResult(
+        scenario=scenario.name,
+        seed=seed,
+        outcome=ended.outcome,
+        cause=ended.cause,
+        completion_time_s=ended.completion_time_s,
+        round_trips=ended.round_trips,
+        operator_acts=ended.operator_acts,
+        wall_s=clock() - started_s,
+        physics_s=bench.plant.stepping_s,
+        log=path,
+        states=state_rows(watch.seen),
+    )
+
+
+@dataclass
+class _Watch:
+    """Passes records on to the log, keeps the few that the summary needs, and tells how far the run is."""
+
+    scenario: Scenario
+    write: Emit
+    tell: Callable[[Progress], None] | None
+    seen: list[Record] = field(default_factory=list)
+    sends: int = 0
+    look: Callable[[], Progress] | None = None
+    told_s: float = -math.inf
+
+    def __call__(self, record: Record) -> None:
+        self.write(record)
+        if isinstance(record, TransitionTaken | ModeChanged):
+            self.seen.append(record)
+        if isinstance(record, OperatorActed) and record.kind == "send":
+            self.sends += 1
+        if self.tell is not None and self.look is not None and record.t_s >= self.told_s + 1.0:
+            self.told_s = record.t_s
+            self.tell(self.look())
+
+
+class _Bench:
+    """Two sites and a link, wired to a clock."""
+
+    def __init__(self, scenario: Scenario, seed: int, replicate: int, watch: _Watch, clock: Clock) -> None:
+        self._scenario, self._watch = scenario, watch
+        self.env = simpy.Environment()
+        versions = " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
+        toml = scenario_to_toml(scenario)
+        watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, versions))
+        streams = partial(stream, seed, replicate)
+        machine, level = src_dish(), AUTONOMY[scenario.autonomy]
+        # The sites are tied together by nothing but these two directions.
+        self.up = Direction(self.env, "up", _settings(scenario.link.up), self._to_field, watch)
+        self.down = Direction(self.env, "down", _settings(scenario.link.down), self._to_station, watch)
+        robot = self._robot(seed, replicate, streams, clock)
+        pacing = PACINGS[scenario.pacing]
+        programs = dish_programs(pacing)
+        self.field = FieldSite(self.env, robot, machine, level, programs, pacing.poll_s, self.down.send, watch)
+        self.robot = robot
+        self.station = Supervisor(
+            self.env,
+            Mirror(machine, level),
+            self.up.send,
+            load_timing(expertise=scenario.operator.expertise),
+            streams("operator"),
+            watch,
+            _briefing(scenario),
+            POLICIES[scenario.operator.policy](),
+        )
+
+    def _robot(
+        self, seed: int, replicate: int, streams: Callable[[str], np.random.Generator], clock: Clock
+    ) -> RobotOnSite:
+        wanted = self._scenario.world
+        settings = DishSettings(
+            layout_id=None if wanted.layout == "random" else int(wanted.layout),
+            wheel_friction_nm=wanted.wheel_friction_nm,
+        )
+        world = draw_dish_world(streams, settings)
+        spec = valkyrie()
+        self.plant = Plant(spec.model, DishScenery(world), clock)
+        score = DishScore.start(world, self.plant.joint_names, self._scenario.time_limit_s)
+        return RobotOnSite(self.env, Body(spec, self.plant), score, seed, replicate, self._watch)
+
+    def _to_field(self, topic: str, payload: bytes) -> None:
+        self.field.receive(topic, payload)
+
+    def _to_station(self, topic: str, payload: bytes) -> None:
+        self.station.receive(topic, payload)
+
+    def progress(self) -> Progress:
+        """Where the run stands."""
+        executive = self.field.executive
+        return Progress(
+            float(self.env.now),
+            self._scenario.time_limit_s,
+            executive.state,
+            executive.mode,
+            self.up.utilisation(),
+            self.down.utilisation(),
+        )
+
+    def run(self) -> RunEnded:
+        """Let the clock run to the machine's end or the time limit."""
+        env, limit_s = self.env, self._scenario.time_limit_s
+        env.process(self.station.run())
+        done = env.process(self.field.run())
+        env.run(until=done | env.timeout(limit_s))
+        self.up.close()
+        self.down.close()
+        ended = self._ended(done.value if done.triggered else None)
+        self._watch(ended)
+        return ended
+
+    def _ended(self, result: Result | None) -> RunEnded:
+        now_s, checkpoint = float(self.env.now), self.robot.score.checkpoint
+        if result is None:
+            state = self.field.executive.state
+            outcome, cause = "censored", f"time limit of {now_s:.0f} s reached in {state}, checkpoint {checkpoint} of 4"
+        elif result.outcome == "failed":
+            outcome, cause = "failed", result.cause
+        elif checkpoint < 4:
+            outcome, cause = "failed", f"the machine ended, but only checkpoint {checkpoint} of 4 was scored"
+        else:
+            outcome, cause = "completed", ""
+        done_s = now_s if outcome == "completed" else math.nan
+        trips = self.field.executive.round_trips
+        return RunEnded(now_s, outcome, cause, done_s, trips, self._watch.sends)
+
+
+def _settings(link: LinkDirection) -> DirectionSettings:
+    return DirectionSettings(link.rate_bps, link.delay_s, link.header_bytes, link.blackouts)
+
+
+def _briefing(scenario: Scenario) -> Briefing:
+    link = scenario.link
+    return Briefing(round_trip_s=link.up.delay_s + link.down.delay_s, uplink_bps=link.up.rate_bps)
