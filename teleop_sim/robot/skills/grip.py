@@ -18,12 +18,14 @@ from teleop_sim.robot.skills.manipulate import (
     arm_of,
     follow_path,
     hold,
+    move_jaws,
     plan_stance,
     solve_two_stage,
 )
 
 MOVE_S = 0.6
-"""Time for the jaws' 24 mm stroke (assumed; their servo settles in half of it)."""
+"""Time for the jaws' 24 mm stroke: 40 mm/s (assumed)."""
+SETTLE_S = 0.2
 TUG_M = 0.015
 TUG_S = 0.5
 FELT_N = 6.0
@@ -44,10 +46,11 @@ def grip(body: Body, command: Grip, rng: np.random.Generator) -> Motion:  # noqa
     """Close (ends ``felt`` or ``not_felt``; data: ``GripReport``) or open (ends ``opened``) a hand."""
     arm = arm_of(body, command.side)
     if not command.close:
-        yield from hold(arm, MOVE_S, arm.jaws(JAW_OPEN))
+        yield from move_jaws(arm, JAW_OPEN, MOVE_S)
         return Done("opened", "jaws open")
     jaws = arm.jaws(JAW_SHUT)
-    yield from hold(arm, MOVE_S, jaws)
+    yield from move_jaws(arm, JAW_SHUT, MOVE_S)
+    yield from hold(arm, SETTLE_S, jaws)
     home = body.posture.copy()
     forces = []
     for goal in _tugs(arm):

@@ -16,8 +16,9 @@ from teleop_sim.robot.skill import Tick
 Ticks = Generator[Tick, None, None]
 
 JAW_OPEN = 0.0
-JAW_SHUT = 3.0
-"""Beyond the stop: the jaws press against it with their full force, so the load does not spread them (measured)."""
+JAW_SHUT = 1.5
+"""Beyond the stop: the jaws press against it with 36 N, so that a load does not spread them, and give way by less than
+the 2 mm to spare round the knob, so that they do not squeeze it (measured)."""
 PEAK_RATE_RAD_S = 0.9
 """Of the fastest joint in a free move: Valkyrie's wrists are limited to 1 rad/s."""
 LEAST_BLEND_S = 0.6
@@ -114,6 +115,14 @@ def smooth(share: float) -> float:
     """Minimum-jerk progress, 0 to 1, after a share of the time. Source: Flash and Hogan 1985."""
     s = min(max(share, 0.0), 1.0)
     return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+
+
+def move_jaws(arm: Arm, goal: float, seconds: float) -> Ticks:
+    """Open or shut this hand's jaws at an even rate; a jump of the reference would slam them into what they hold."""
+    posture, start = arm.body.posture.copy(), arm.body.jaws[0 if arm.side == "left" else 1]
+    count = max(1, round(seconds / arm.body.tick_s))
+    for k in range(1, count + 1):
+        yield Tick(posture, jaws=arm.jaws(start + (goal - start) * k / count))
 
 
 def hold(arm: Arm, seconds: float, jaws: tuple[float, float]) -> Ticks:

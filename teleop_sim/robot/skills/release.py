@@ -15,6 +15,7 @@ from teleop_sim.robot.skills.manipulate import (
     follow_path,
     hold,
     home,
+    move_jaws,
     plan_stance,
     solve_two_stage,
     straight_path,
@@ -23,6 +24,7 @@ from teleop_sim.robot.skills.manipulate import (
 BACK_M = 0.12
 BACK_S = 1.5
 OPEN_S = 0.5
+SETTLE_S = 0.2
 
 
 def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:  # noqa: ARG001
@@ -33,7 +35,8 @@ def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:  
     """
     arm = arm_of(body, command.side)
     jaws = arm.jaws(JAW_OPEN)
-    yield from hold(arm, OPEN_S, jaws)
+    yield from move_jaws(arm, JAW_OPEN, OPEN_S)
+    yield from hold(arm, SETTLE_S, jaws)
     q, stance = plan_stance(arm)
     rotation, position = arm.hand()
     start = Target(position, rotation[:, 2])
@@ -41,5 +44,5 @@ def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:  
     path, _ = straight_path(solver, solution.q, start, BACK_M * np.array(command.affordance.axis), rows=9)
     yield from follow_path(arm, path[:, arm.upper], BACK_S, jaws)
     yield from blend(arm, home(arm), jaws, least_s=1.5)
-    yield from hold(arm, OPEN_S, jaws)
+    yield from hold(arm, SETTLE_S, jaws)
     return Done("released", "hand open, arm home")
