@@ -25,6 +25,7 @@ from teleop_sim.reports.intervals import Interval
 from teleop_sim.reports.shares import duration_s
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -48,7 +49,7 @@ SKILL_WORDS = {
 }
 WAITS = {"pacing": "#AAAAAA", "for the operator": PINK}
 ACTS = (SKY, BLUE, GREEN, ORANGE, PINK, RED, YELLOW)
-SENDING, FLYING, QUEUEING, DARK = "#0B3C5D", "#8FC3E8", "#D9D9D9", "#333333"
+SENDING, FLYING, QUEUEING, DARK = "#0B3C5D", "#8FC3E8", "#F3E39B", "#C8C8C8"
 
 WIDTH_IN, LEFT_IN, RIGHT_IN, TOP_IN, GAP_IN = 14.0, 2.5, 0.3, 0.55, 0.07
 AXIS_IN, LEGEND_ROW_IN, STATE_IN, LANE_IN = 0.55, 0.23, 0.19, 0.3
@@ -125,7 +126,7 @@ def _lanes(records: Sequence[Record]) -> list[Lane]:
         "queueing or dark": QUEUEING,
         "being sent": SENDING,
         "travelling": FLYING,
-        "x dropped": RED,
+        "dropped": RED,
         "blackout": DARK,
     }
     return [
@@ -247,19 +248,26 @@ def _draw_packets(
     lost = [p for p in packets if p.dropped]
     ax.plot([p.end_s for p in lost], [p.row + 0.5 for p in lost], "x", color=RED, markersize=5, mew=1.3, clip_on=False)
     for start_s, stop_s in dark:
-        ax.axvspan(start_s, stop_s, facecolor=DARK, alpha=0.22, linewidth=0.0, zorder=3.0)
-        text = f"blackout {stop_s - start_s:.0f} s"
+        ax.axvspan(start_s, stop_s, facecolor=DARK, linewidth=0.0, zorder=0.7)
         # 7 points of DejaVu Sans are some 0.06 inch a letter: a label goes where it fits.
-        if (stop_s - start_s) / max(end_s, 1e-3) * (WIDTH_IN - LEFT_IN - RIGHT_IN) > 0.06 * len(text):
-            ax.text((start_s + stop_s) / 2, -head / 2, text, ha="center", va="center", fontsize=7.0, zorder=4.0)
+        room = (stop_s - start_s) / max(end_s, 1e-3) * (WIDTH_IN - LEFT_IN - RIGHT_IN) / 0.06
+        took = f"{stop_s - start_s:.0f} s"
+        text = next((words for words in (f"blackout {took}", took) if len(words) < room), "")
+        ax.text((start_s + stop_s) / 2, -head / 2, text, ha="center", va="center", fontsize=7.0, zorder=4.0)
 
 
 def _legend(figure: Figure, lane: Lane, y: float) -> None:
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     name = "link" if lane.name == "downlink" else lane.name
     figure.text((LEFT_IN - 0.1) / WIDTH_IN, y, name, ha="right", va="center", color="#555555")
-    handles = [Patch(color=colour, label=words) for words, colour in lane.legend.items()]
+    handles: list[Artist] = [
+        Line2D([], [], color=colour, marker="x", linestyle="", mew=1.3, label=words)
+        if words == "dropped"
+        else Patch(color=colour, label=words)
+        for words, colour in lane.legend.items()
+    ]
     figure.legend(
         handles=handles,
         ncols=len(handles),
