@@ -249,8 +249,8 @@ def _draw_packets(
     ax.plot([p.end_s for p in lost], [p.row + 0.5 for p in lost], "x", color=RED, markersize=5, mew=1.3, clip_on=False)
     for start_s, stop_s in dark:
         ax.axvspan(start_s, stop_s, facecolor=DARK, linewidth=0.0, zorder=0.7)
-        # 7 points of DejaVu Sans are some 0.06 inch a letter: a label goes where it fits.
-        room = (stop_s - start_s) / max(end_s, 1e-3) * (WIDTH_IN - LEFT_IN - RIGHT_IN) / 0.06
+        # 7 points of DejaVu Sans are some 0.055 inch a letter: a label goes where it fits.
+        room = (stop_s - start_s) / max(end_s, 1e-3) * (WIDTH_IN - LEFT_IN - RIGHT_IN) / 0.055
         took = f"{stop_s - start_s:.0f} s"
         text = next((words for words in (f"blackout {took}", took) if len(words) < room), "")
         ax.text((start_s + stop_s) / 2, -head / 2, text, ha="center", va="center", fontsize=7.0, zorder=4.0)
