@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.measure import Measurement
 
 from teleop_sim.cli_io import forget_reader
 from teleop_sim.core.units import format_time
@@ -65,7 +66,8 @@ def summary_lines(result: RunResult) -> list[str]:
     return [
         "",
         f"{result.scenario} seed {result.seed}: {how}{exact}",
-        f"round trips {result.round_trips}, operator acts {result.operator_acts}, computed in {result.wall_s:.1f} s",
+        f"round trips {result.round_trips}, operator acts {result.operator_acts}, "
+        f"computed in {result.wall_s:.1f} s, {result.physics_s:.1f} s of it physics",
         f"log:  {result.log}",
         f"next: teleop-sim report {shlex.quote(str(result.log))}",
     ]
@@ -95,5 +97,8 @@ def print_report(log: Path, out: Path | None) -> None:
 def _print_tables(paper: Console, records: list[Record]) -> None:
     from teleop_sim.reports.table import rich_shares, rich_table, state_table, where_time_went
 
-    paper.print(rich_table(state_table([records])))
+    states = rich_table(state_table([records]))
+    if paper.width < Measurement.get(paper, paper.options.update(max_width=_WIDTH_OF_A_FILE), states).maximum:
+        states.box, states.padding, states.pad_edge = None, (0, 1, 0, 0), False
+    paper.print(states)
     paper.print(rich_shares(where_time_went(records)))

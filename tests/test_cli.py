@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -18,9 +19,10 @@ from teleop_sim.cli_show import result_json, summary_lines
 from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import RunEnded, RunStarted, TransitionTaken
 from teleop_sim.log.writer import LogWriter
-from teleop_sim.scenarios.files import list_scenarios, read_scenario
+from teleop_sim.scenarios.files import list_scenarios, load_scenario, read_scenario
 from teleop_sim.scenarios.schema import Scenario
 
+ROOT = Path(__file__).parents[1]
 COMMAND = Path(sys.executable).with_name("teleop-sim")
 
 
@@ -324,3 +326,33 @@ def test_shell_completion_knows_the_scenarios() -> None:
     }
     done = subprocess.run([COMMAND], env=asked, capture_output=True, text=True, check=False)
     assert done.stdout.split() == ["src-dish"]
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("*.toml")), ids=lambda file: file.stem)
+def test_example_scenarios_load(file: Path) -> None:
+    assert load_scenario(file).name == file.stem
+
+
+def test_the_example_that_reads_a_log_reads_one(tmp_path: Path) -> None:
+    log = short_log(tmp_path / "a.mcap")
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples/read_a_log.py", log], capture_output=True, text=True, check=True
+    )
+    assert "DETECT_PANEL_COARSE" in done.stdout or "START" in done.stdout
+
+
+def test_python_in_the_readme_runs(tmp_path: Path) -> None:
+    short_log(tmp_path / "runs/src-dish_seed1.mcap")
+    analysis, _ = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    done = subprocess.run([sys.executable, "-c", analysis], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "START" in done.stdout
+
+
+def test_the_blackout_of_the_readme_can_be_added_as_it_says(tmp_path: Path) -> None:
+    readme, shown = (ROOT / "README.md").read_text(), call("scenarios", "show", "src-dish")[1]
+    before, after = "blackouts = []", "blackouts = [[60.0, 120.0]]"
+    assert before in readme
+    assert after in readme
+    assert shown.count(before) == 2
+    up = read_scenario(shown.replace(before, after, 1), "my.toml", "my").link.up
+    assert up.blackouts == ((60.0, 120.0),)
