@@ -18,11 +18,11 @@ from dataclasses import astuple, dataclass, fields
 from functools import cache
 from importlib.resources import files
 from io import StringIO
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 from teleop_sim.core.records import Record
 from teleop_sim.reports.shares import SHARES, where_time_went
-from teleop_sim.reports.visits import Visit, visits, worst
+from teleop_sim.reports.visits import StateRow, Visit, state_rows, visits, worst
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -49,18 +49,6 @@ NOTE = (
 )
 
 
-class StateRow(TypedDict):
-    """One state of one run, for ``run --json``: visits by their worst mode, retries, time in it [s]."""
-
-    state: str
-    visits: int
-    normal: int
-    auto: int
-    manual: int
-    retries: int
-    time_s: float
-
-
 @dataclass(frozen=True)
 class PaperRow:
     """The paper's figures for one row: shares of its runs [%], retries in all of them, mean time a run [s]."""
@@ -85,27 +73,6 @@ class TableRow:
     retries: int
     time_s: float
     paper: PaperRow | None
-
-
-def state_rows(records: Iterable[Record]) -> list[StateRow]:
-    """One row a state of the machine that was visited, in the order of first visits.
-
-    A visit is entering the state from another one; its mode is the worst of its transitions. A manual visit counts as
-    manual also where the robot turned out not to be recoverable.
-    """
-    rows: dict[str, StateRow] = {}
-    for visit in visits(records):
-        row = rows.setdefault(
-            visit.state,
-            StateRow(state=visit.state, visits=0, normal=0, auto=0, manual=0, retries=0, time_s=0.0),
-        )
-        row["visits"] += 1
-        row["normal"] += visit.mode == "normal"
-        row["auto"] += visit.mode == "auto"
-        row["manual"] += visit.mode in ("manual", "not_recoverable")
-        row["retries"] += visit.retries
-        row["time_s"] += visit.time_s
-    return list(rows.values())
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 from teleop_sim.core.records import ModeChanged, Record, TransitionTaken
 
@@ -58,6 +59,18 @@ class Visit:
         return worst(a.mode for a in self.attempts)
 
 
+class StateRow(TypedDict):
+    """One state of one run, for ``run --json``: visits by their worst mode, retries, time in it [s]."""
+
+    state: str
+    visits: int
+    normal: int
+    auto: int
+    manual: int
+    retries: int
+    time_s: float
+
+
 def worst(modes: Iterable[str]) -> str:
     """The worst of some modes; an unknown name counts as normal."""
     return max(modes, key=lambda mode: MODES.index(mode) if mode in MODES else 0, default="normal")
@@ -80,6 +93,27 @@ def visits(records: Iterable[Record]) -> list[Visit]:
     for row in rows:
         made.append(_left(row, made[-1].end_s if made else 0.0, failures))
     return _with_open_end(made, rows, records)
+
+
+def state_rows(records: Iterable[Record]) -> list[StateRow]:
+    """One row a state of the machine that was visited, in the order of first visits.
+
+    A visit is entering the state from another one; its mode is the worst of its transitions. A manual visit counts as
+    manual also where the robot turned out not to be recoverable.
+    """
+    rows: dict[str, StateRow] = {}
+    for visit in visits(records):
+        row = rows.setdefault(
+            visit.state,
+            StateRow(state=visit.state, visits=0, normal=0, auto=0, manual=0, retries=0, time_s=0.0),
+        )
+        row["visits"] += 1
+        row["normal"] += visit.mode == "normal"
+        row["auto"] += visit.mode == "auto"
+        row["manual"] += visit.mode in ("manual", "not_recoverable")
+        row["retries"] += visit.retries
+        row["time_s"] += visit.time_s
+    return list(rows.values())
 
 
 def _left(row: Sequence[TransitionTaken], before_s: float, failures: dict[str, int]) -> Visit:
