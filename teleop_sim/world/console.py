@@ -1,4 +1,4 @@
-"""Shape of the console and of its two crank wheels: what everybody knows of the task beforehand, as pure numbers.
+"""Shape of the console, its two crank wheels and the squares: what everybody knows beforehand, as pure numbers.
 
 Console frame: origin on the soil below the middle of the two wheels, x away from the robot that faces it, y to that
 robot's left, z up. Wheel frame: origin in the wheel's centre, z out of its face (tilted towards the robot), x in the
@@ -20,6 +20,9 @@ Triple = tuple[float, float, float]
 
 WALKWAY_HEIGHT_M = 0.1
 """The walkway's surface over the soil: tile thickness 0.152151 less its sinking 0.052151."""
+
+SQUARE_M = 3.048
+"""Side of the start square and of the finish square."""
 
 TILT_RAD = 0.52
 WHEEL_HEIGHT_M = 0.91

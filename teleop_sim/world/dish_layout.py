@@ -14,13 +14,14 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from teleop_sim.world.console import SQUARE_M
+
 Planar = tuple[float, float, float]
 """x [m], y [m], heading [rad]."""
 Turn = Literal["left", "straight", "right"]
 ClutterKind = Literal["rock_1", "rock_2", "rock_3", "crate", "crate_long", "box"]
 
 TILE_M = 1.524
-SQUARE_M = 3.048
 START: Planar = (0.09, 0.0, 0.0)
 """Centre of the start square."""
 SLOT_TO_DISH_M = 2.0

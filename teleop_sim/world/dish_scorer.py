@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from teleop_sim.world import dish_layout as lay
+from teleop_sim.world.console import SQUARE_M
 from teleop_sim.world.dish_draw import DishWorld
 from teleop_sim.world.dish_layout import Planar
 
@@ -95,7 +96,7 @@ def advance(
             state = _score(state, events, f"dish {'yaw' if yaw else 'pitch'} held")
         if state.checkpoint == 2 and yaw and pitch:
             state = _score(state, events, "dish yaw and pitch held")
-    if state.checkpoint == 3 and lay.inside(state.task.finish, lay.SQUARE_M, *pelvis_xy):
+    if state.checkpoint == 3 and lay.inside(state.task.finish, SQUARE_M, *pelvis_xy):
         state = replace(_score(state, events, "in the finish square"), outcome="completed")
     return state, tuple(events)
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.perception import gridpath, lidar, walkway
 from teleop_sim.world import dish_layout as lay
+from teleop_sim.world.console import SQUARE_M
 from teleop_sim.world.dish import DishSettings, add_dish_world, draw_dish_world
 
 HEAD_M = 1.7
@@ -89,7 +90,7 @@ def check(layout_id, seed, turn_deg):
     assert world.off(fix) < 0.5
     # 0.35 m by design; cells of 5 cm and closing of 15 cm blur an edge by up to a cell.
     assert world.clearance(fix.path, here) > 0.3
-    assert lay.inside(world.drawn.finish, lay.SQUARE_M - 1.0, *fix.path[-1][:2])
+    assert lay.inside(world.drawn.finish, SQUARE_M - 1.0, *fix.path[-1][:2])
     return world.off(fix)
 
 

@@ -18,7 +18,7 @@ from teleop_sim.robot.commands import PlanarPose
 from teleop_sim.robot.perception import gridpath
 from teleop_sim.robot.perception.gridpath import Bools, Floats, Grid
 from teleop_sim.robot.sightings import FinishFix
-from teleop_sim.world.dish_layout import SQUARE_M
+from teleop_sim.world.console import SQUARE_M
 
 CELL_M: Final = 0.05
 REACH_M: Final = 8.0  # half the map's side; the finishes of the published worlds are within 4.1 m of the console
