@@ -1,0 +1,78 @@
+"""Footsteps and plans: geometry and closed forms."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teleop_sim.robot import gait as g
+from teleop_sim.robot import law
+
+GAIT = g.Gait()
+FEET = ((0.0, 0.13, 0.0), (0.0, -0.13, 0.0))
+places = st.floats(-5.0, 5.0)
+angles = st.floats(-3.1, 3.1)
+
+
+@given(st.lists(st.tuples(places, places, angles), min_size=1, max_size=4), angles)
+def test_a_walk_ends_at_its_goal_with_both_feet_together(path, yaw):
+    bodies = g.walk_bodies((0.0, 0.0, yaw), path, GAIT)
+    steps = g.steps_along(bodies, g.LEFT, GAIT)
+    if not steps:
+        return
+    last = {step.foot: step for step in steps[-2:]}
+    assert set(last) == {g.LEFT, g.RIGHT}
+    x, y, turn = g.body_between([(last[i].x, last[i].y, last[i].yaw) for i in (g.LEFT, g.RIGHT)])
+    # Legs shorter than 2 cm are not walked.
+    assert np.hypot(x - path[-1][0], y - path[-1][1]) < 0.02 + 1e-9
+    assert g.wrap(turn - path[-1][2]) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.lists(st.tuples(places, places, angles), min_size=1, max_size=4), angles)
+def test_no_step_is_longer_or_turns_further_than_the_gait_allows(path, yaw):
+    bodies = [(0.0, 0.0, yaw), *g.walk_bodies((0.0, 0.0, yaw), path, GAIT)]
+    for a, b in zip(bodies, bodies[1:], strict=False):
+        assert np.hypot(b[0] - a[0], b[1] - a[1]) <= GAIT.stride_m + 1e-9
+        assert abs(b[2] - a[2]) <= GAIT.turn_rad + 1e-9
+
+
+@given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
+def test_a_shift_moves_the_stance_by_what_was_asked(forward_m, left_m):
+    if abs(forward_m) + abs(left_m) < 1e-6:
+        return
+    end = g.shift_bodies((1.0, 2.0, np.pi / 2), forward_m, left_m, GAIT)[-1]
+    assert end == pytest.approx((1.0 - left_m, 2.0 + forward_m, np.pi / 2), abs=1e-9)
+
+
+def test_the_reference_dcm_solves_the_pendulum_between_ticks():
+    rng = np.random.default_rng(3)
+    zmp, omega, tick_s = rng.normal(size=(50, 2)), 3.1, 0.02
+    xi = g.reference_dcm(zmp, omega, tick_s)
+    # Closed form of xi' = omega (xi - z) over one tick, forwards.
+    forwards = zmp[:-1] + (xi[:-1] - zmp[:-1]) * np.exp(omega * tick_s)
+    assert forwards == pytest.approx(xi[1:], abs=1e-12)
+    assert xi[-1] == pytest.approx(zmp[-1], abs=1e-12 + np.abs(xi[-1] - zmp[-1]).max())
+
+
+def test_a_plan_keeps_the_zmp_under_the_feet_and_ends_at_rest_between_them():
+    steps = g.steps_along(g.walk_bodies((0.0, 0.0, 0.0), [(1.2, 0.0, 0.0)], GAIT), g.RIGHT, GAIT)
+    plan = g.make_plan(FEET, np.zeros(2), 1.03, 0.0, steps, GAIT, 0.02)
+    rows = plan.rows
+    for i in (0, 1):
+        alone = rows[:, law.STANCE] == i
+        foot = rows[alone][:, law.FOOT + 12 * i : law.FOOT + 12 * i + 2]
+        assert rows[alone][:, law.ZMP : law.ZMP + 2] == pytest.approx(foot, abs=1e-12)
+    assert rows[-1, law.ZMP : law.ZMP + 2] == pytest.approx([1.2, 0.0], abs=1e-9)
+    assert rows[-1, law.XI : law.XI + 2] == pytest.approx([1.2, 0.0], abs=1e-9)
+    assert len(plan.step_ends) == len(steps)
+
+
+def test_a_swing_foot_starts_and_ends_still_and_on_the_ground():
+    steps = (g.Footstep(g.LEFT, 0.3, 0.13, 0.2),)
+    rows = g.make_plan(FEET, np.zeros(2), 1.03, 0.0, steps, GAIT, 0.02).rows
+    swing = rows[rows[:, law.STANCE] == g.RIGHT]
+    heights, speeds = swing[:, law.FOOT + 2], swing[:, law.FOOT + 3 : law.FOOT + 6]
+    # The quintic is flat to third order at both ends: within one tick of 35 less than a millimetre.
+    assert max(heights[0], heights[-1]) < 1e-3
+    assert heights.max() == pytest.approx(GAIT.lift_m, abs=2e-3)
+    assert np.abs(speeds[[0, -1]]).max() < 0.05
