@@ -18,6 +18,10 @@ ARM_POSITION_M, ARM_AXIS_RAD = 0.005, 0.1
 REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
 """Residuals above which there is no plan: measured to be what the cage still holds."""
 
+SINK_M = 0.008
+"""The tool goes this far below the handle's centre: the bars reach 2 cm beyond it, and a hand that is believed too low
+still holds while one too high slips off (measured: the cause of most lost grips)."""
+
 
 @dataclass(frozen=True)
 class CircleTable:
@@ -55,11 +59,11 @@ class CircleTable:
 
 
 def handle_place(affordance: CircularAffordance, angle_rad: float, lift_m: float = 0.0) -> Target:
-    """Where the tool goes for a handle angle, lifted off along the axis."""
+    """Where the tool goes for a handle angle, lifted off along the axis from where it holds the handle."""
     axis, zero = np.array(affordance.axis), np.array(affordance.zero)
     across = np.cross(axis, zero)
     spoke = np.cos(angle_rad) * zero + np.sin(angle_rad) * across
-    hub = np.array(affordance.centre) + (affordance.height_m + lift_m) * axis
+    hub = np.array(affordance.centre) + (affordance.height_m - SINK_M + lift_m) * axis
     return Target(hub + affordance.radius_m * spoke, -axis)
 
 

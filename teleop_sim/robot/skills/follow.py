@@ -53,7 +53,14 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class FollowReport:
-    """How far the hand turned the handle [rad, signed], where it is now [rad], the signal and its error [rad]."""
+    """What the robot knows at the end.
+
+    Attributes:
+        turned_rad: how far the hand went, anticlockwise positive.
+        angle_rad: handle angle where the hand last felt the handle: where to look for it after a lost grip.
+        signal, error: of the watched status value, and what is missing to the target.
+
+    """
 
     turned_rad: float
     angle_rad: float
@@ -92,7 +99,7 @@ class Cranking:
 
 def watched(body: Body, signal: str) -> float:
     """A status value, NaN when the task sends none."""
-    return body.status().get(signal, np.nan)
+    return float(body.status().get(signal, np.nan))
 
 
 class Follower:
@@ -149,7 +156,7 @@ class Follower:
 
     def error(self) -> float:
         """What is missing to the target."""
-        return self.command.target - self.now.signal
+        return float(self.command.target - self.now.signal)
 
     def way(self) -> float:
         """Which way to turn now: as commanded, and back after an overshoot."""
@@ -194,7 +201,8 @@ class Follower:
 
     def report(self) -> FollowReport:
         """What the robot knows at the end."""
-        return FollowReport(self.now.hand - self.start, self.now.hand, self.now.signal, self.error())
+        now = self.now
+        return FollowReport(now.hand - self.start, math.remainder(now.touched, 2 * np.pi), now.signal, self.error())
 
 
 def follow(body: Body, command: Follow, rng: np.random.Generator) -> Motion:
