@@ -19,6 +19,7 @@ from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result
 from teleop_sim.onsite import Interrupted, RobotOnSite
 from teleop_sim.robot.commands import Look, Nudge, Posture
+from teleop_sim.robot.programs.pacing import wait_for_poll_s
 from teleop_sim.robot.programs.steps import AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
 from teleop_sim.robot.skills.sensing import picture
 
@@ -189,9 +190,7 @@ class FieldSite:
 
     def _wait_for_poll(self, entered_s: float) -> Process:
         """WPI's states look once a second whether they are done."""
-        if self._poll_s > 0.0:
-            spent_s = float(self._env.now) - entered_s
-            yield from self._wait(np.ceil(spent_s / self._poll_s - 1e-9) * self._poll_s - spent_s, "poll")
+        yield from self._wait(wait_for_poll_s(float(self._env.now) - entered_s, self._poll_s), "poll")
 
     def _tell(self, message: msg.Message, text: str) -> None:
         topic, payload = msg.encode_message(message)

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import simpy
 
 from teleop_sim.channel.link import Direction, DirectionSettings
-from teleop_sim.core.records import Emit, ModeChanged, OperatorActed, Record, RunEnded, RunStarted, TransitionTaken
+from teleop_sim.core.records import Emit, OperatorActed, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
 from teleop_sim.log.writer import LogWriter
@@ -30,9 +29,9 @@ from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.policies import POLICIES
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.timing import load_timing
-from teleop_sim.reports.visits import state_rows
+from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.programs.pacing import PACINGS
+from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.names import AUTONOMY
@@ -73,7 +72,7 @@ class RunResult:
     wall_s: float
     physics_s: float
     log: Path
-    states: list[dict[str, Any]]
+    states: list[StateRow]
 
 
 def run(
@@ -124,7 +123,7 @@ def run(
 
 @dataclass
 class _Watch:
-    """Passes records on to the log, keeps the few that the summary needs, and tells how far the run is."""
+    """Passes records on to the log, keeps all but the plant's for the summary, and tells how far the run is."""
 
     scenario: Scenario
     write: Emit
@@ -136,7 +135,7 @@ class _Watch:
 
     def __call__(self, record: Record) -> None:
         self.write(record)
-        if isinstance(record, TransitionTaken | ModeChanged):
+        if not isinstance(record, PlantSample):
             self.seen.append(record)
         if isinstance(record, OperatorActed) and record.kind == "send":
             self.sends += 1
@@ -160,9 +159,9 @@ class _Bench:
         self.up = Direction(self.env, "up", _settings(scenario.link.up), self._to_field, watch)
         self.down = Direction(self.env, "down", _settings(scenario.link.down), self._to_station, watch)
         robot = self._robot(seed, replicate, streams, clock)
-        pacing = PACINGS[scenario.pacing]
-        programs = dish_programs(pacing)
-        self.field = FieldSite(self.env, robot, machine, level, programs, pacing.poll_s, self.down.send, watch)
+        waits = pacing(scenario.pacing)
+        programs = dish_programs(waits)
+        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, self.down.send, watch)
         self.robot = robot
         self.station = Supervisor(
             self.env,
