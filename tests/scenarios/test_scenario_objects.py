@@ -2,9 +2,13 @@
 
 import math
 
+import pytest
+
+from teleop_sim.core.errors import UnknownName
 from teleop_sim.machines.declare import Autonomy
+from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.scenarios.files import load_scenario
-from teleop_sim.scenarios.names import AUTONOMY, WORLDS
+from teleop_sim.scenarios.names import AUTONOMY, PACINGS, WORLDS
 from teleop_sim.scenarios.objects import (
     autonomy_level,
     direction_settings,
@@ -43,3 +47,9 @@ def test_the_operator_is_as_fast_as_asked() -> None:
 def test_levels_are_those_of_the_machine() -> None:
     assert {name.upper(): level for name, level in AUTONOMY.items()} == {a.name: a.value for a in Autonomy}
     assert autonomy_level(load_scenario("src-dish", {"autonomy": "high"})) == 2
+
+
+def test_pacings_are_those_of_the_programs() -> None:
+    with pytest.raises(UnknownName) as refused:
+        pacing("")
+    assert set(refused.value.args[2]) == set(PACINGS)
