@@ -14,7 +14,7 @@ import pytest
 
 from teleop_sim.robot.perception import camera, coarse, console_model, fine, lidar
 from teleop_sim.robot.perception.rays import Light, SensorPose
-from teleop_sim.world import console, dish
+from teleop_sim.world import console, dish, dish_draw
 
 RIGHT_COARSE_M = 0.45  # level; fine detection looks 0.65 m around
 RIGHT_KNOB_M = 0.04
@@ -42,7 +42,7 @@ LOOK_ALIKES = {"none": (), "red": (console.RED,), "pair": (console.RED, console.
 class Scene:
     """A drawn world of task 1, with the knobs anywhere on their circles. Implements ``Rays``."""
 
-    world: dish.DishWorld
+    world: dish_draw.DishWorld
     model: mujoco.MjModel
     data: mujoco.MjData
 
@@ -79,7 +79,7 @@ class Scene:
 
 def build(rng, look_alike="none"):
     # Every drawn value from one stream: only this file reads them.
-    world = dish.draw_dish_world(lambda _: rng, dish.DishSettings(wheel_start_spread_rad=np.pi))
+    world = dish_draw.draw_dish_world(lambda _: rng, dish_draw.DishSettings(wheel_start_spread_rad=np.pi))
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     dish.add_dish_world(spec, world)

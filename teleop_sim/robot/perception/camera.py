@@ -20,7 +20,7 @@ Image = npt.NDArray[np.uint8]
 # openhumanoids/val_description @5257ff7, multisense_sl.urdf: horizontal field and noise of the 1024 x 544 camera.
 FIELD_RAD: Final = 1.3962634
 NOISE_SD: Final = 0.007
-BASELINE_M: Final = 0.07
+BASELINE_M: Final = 0.07  # between left_camera_frame and right_camera_frame
 WIDTH: Final = 320
 HEIGHT: Final = 170  # the camera's 1024 x 544 at a width of 320
 
