@@ -82,4 +82,4 @@ def _bar(share: float) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:3.0f} %"
+    return f"{100 * share:4.1f} %"

@@ -6,7 +6,7 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,6 +19,8 @@ from teleop_sim.cli_show import result_json, summary_lines
 from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import RunEnded, RunStarted, TransitionTaken
 from teleop_sim.log.writer import LogWriter
+from teleop_sim.reports.visits import StateRow
+from teleop_sim.run import Progress, RunResult
 from teleop_sim.scenarios.files import list_scenarios, load_scenario, read_scenario
 from teleop_sim.scenarios.schema import Scenario
 
@@ -236,63 +238,52 @@ def test_report_into_a_place_that_is_no_directory_ends_with_2(tmp_path: Path) ->
     assert str(log) in err
 
 
-@dataclass(frozen=True)
-class Result:
-    """What a run returns, as far as printing needs it."""
-
-    scenario: str = "a"
-    seed: int = 1
-    outcome: str = "failed"
-    cause: str = "fell: left sole slipped"
-    completion_time_s: float = math.nan
-    round_trips: int = 2
-    operator_acts: int = 3
-    wall_s: float = 5.0
-    physics_s: float = 4.0
-    log: Path = Path("runs/a b_seed1.mcap")
-    states: tuple[dict[str, object], ...] = ({"state": "START", "time_s": math.inf},)
+FELL = RunResult(
+    scenario="a",
+    seed=1,
+    outcome="failed",
+    cause="fell: left sole slipped",
+    completion_time_s=math.nan,
+    round_trips=2,
+    operator_acts=3,
+    wall_s=5.0,
+    physics_s=4.0,
+    log=Path("runs/a b_seed1.mcap"),
+    states=[StateRow(state="START", visits=1, normal=1, auto=0, manual=0, retries=0, time_s=math.inf)],
+)
 
 
 def test_json_has_null_for_what_is_not_a_number() -> None:
-    made = json.loads(result_json(Result()))  # type: ignore[arg-type]
+    made = json.loads(result_json(FELL))
     assert made["completion_time_s"] is None
-    assert made["states"] == [{"state": "START", "time_s": None}]
+    assert [(state["state"], state["time_s"]) for state in made["states"]] == [("START", None)]
     assert made["log"] == "runs/a b_seed1.mcap"
 
 
 def test_the_summary_names_cause_and_next_command() -> None:
-    lines = summary_lines(Result())  # type: ignore[arg-type]
+    lines = summary_lines(FELL)
     assert "a seed 1: failed: fell: left sole slipped" in lines
     assert lines[-1] == "next: teleop-sim report 'runs/a b_seed1.mcap'"
-    done = summary_lines(replace(Result(), outcome="completed", completion_time_s=285.4))  # type: ignore[arg-type]
+    done = summary_lines(replace(FELL, outcome="completed", completion_time_s=285.4))
     assert "a seed 1: completed in 4 min 45 s (285.400 s of simulated time)" in done
 
 
-@dataclass(frozen=True)
-class Now:
-    """What a run reports, as far as progress needs it."""
-
-    t_s: float = 12.5
-    time_limit_s: float = 1800.0
-    state: str = "DETECT_PANEL_COARSE"
-    mode: str = "normal"
-    up_use: float = 0.0
-    down_use: float = 0.25
-    note: str = "scan"
+NOW = Progress(12.5, 1800.0, "DETECT_PANEL_COARSE", "normal", up_use=0.0, down_use=0.25, note="scan")
 
 
 def test_plain_progress_is_one_line_a_change() -> None:
     lines: list[str] = []
     show = PlainLines("a seed 1", lines.append)
-    for now in (Now(), Now(t_s=13.0), Now(t_s=14.0, mode="auto"), Now(t_s=15.0, mode="auto", down_use=1.0)):
-        show(now)  # type: ignore[arg-type]
+    recovering = replace(NOW, t_s=14.0, mode="auto")
+    for now in (NOW, replace(NOW, t_s=13.0), recovering, replace(recovering, t_s=15.0, down_use=1.0)):
+        show(now)
     assert len(lines) == 3
-    assert lines[1] == "     12.5 s  DETECT_PANEL_COARSE          normal   up   0 % down  25 %  scan"
+    assert lines[1] == "     12.5 s  DETECT_PANEL_COARSE          normal   up  0.0 % down 25.0 %  scan"
 
 
 def test_live_progress_shows_clock_state_mode_and_link() -> None:
-    text = live_text("a seed 1", Now())  # type: ignore[arg-type]
-    for part in ("12.5 s", "30 min", "DETECT_PANEL_COARSE (normal)", "25 %", "scan"):
+    text = live_text("a seed 1", NOW)
+    for part in ("12.5 s", "30 min", "DETECT_PANEL_COARSE (normal)", "25.0 %", "scan"):
         assert part in text
 
 
