@@ -24,6 +24,45 @@ still holds while one too high slips off (measured: the cause of most lost grips
 
 
 @dataclass(frozen=True)
+class Circle:
+    """An affordance's circle, ready for arithmetic.
+
+    Attributes:
+        hub: (3,) middle of the circle on which the tool goes [m].
+        axis, zero, across: unit vectors; ``across`` is where handle angle 90 degrees lies.
+        radius_m: of the circle.
+
+    """
+
+    hub: np.ndarray
+    axis: np.ndarray
+    zero: np.ndarray
+    across: np.ndarray
+    radius_m: float
+
+    def place(self, angle_rad: float, lift_m: float = 0.0) -> Target:
+        """Where the tool goes for a handle angle, lifted off along the axis from where it holds the handle."""
+        spoke = math.cos(angle_rad) * self.zero + math.sin(angle_rad) * self.across
+        return Target(self.hub + lift_m * self.axis + self.radius_m * spoke, -self.axis)
+
+    def direction(self, angle_rad: float) -> np.ndarray:
+        """Unit vector (3,) along the handle's path, anticlockwise about the axis."""
+        return math.cos(angle_rad) * self.across - math.sin(angle_rad) * self.zero
+
+    def angle_of(self, position: np.ndarray) -> float:
+        """Handle angle of the place on the circle nearest a point (3,), in (-pi, pi]."""
+        spoke = position - self.hub
+        return math.atan2(float(spoke @ self.across), float(spoke @ self.zero))
+
+
+def circle_of(affordance: CircularAffordance) -> Circle:
+    """Make an affordance's circle."""
+    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
+    hub = np.array(affordance.centre) + (affordance.height_m - SINK_M) * axis
+    return Circle(hub, axis, zero, np.cross(axis, zero), affordance.radius_m)
+
+
+@dataclass(frozen=True)
 class CircleTable:
     """Postures round a circle; row k is handle angle ``2 pi k / n`` and the last row is followed by the first.
 
@@ -58,28 +97,6 @@ class CircleTable:
         return np.asarray(here + (place - row) * (there - here))
 
 
-def handle_place(affordance: CircularAffordance, angle_rad: float, lift_m: float = 0.0) -> Target:
-    """Where the tool goes for a handle angle, lifted off along the axis from where it holds the handle."""
-    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
-    across = np.cross(axis, zero)
-    spoke = np.cos(angle_rad) * zero + np.sin(angle_rad) * across
-    hub = np.array(affordance.centre) + (affordance.height_m - SINK_M + lift_m) * axis
-    return Target(hub + affordance.radius_m * spoke, -axis)
-
-
-def path_direction(affordance: CircularAffordance, angle_rad: float) -> np.ndarray:
-    """Unit vector (3,) along the handle's path, anticlockwise about the axis."""
-    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
-    return np.asarray(-np.sin(angle_rad) * zero + np.cos(angle_rad) * np.cross(axis, zero))
-
-
-def angle_of(affordance: CircularAffordance, position: np.ndarray) -> float:
-    """Handle angle of the place on the circle nearest a point (3,), in (-pi, pi]."""
-    axis, zero = np.array(affordance.axis), np.array(affordance.zero)
-    arm = np.asarray(position) - np.array(affordance.centre)
-    return float(np.arctan2(arm @ np.cross(axis, zero), arm @ zero))
-
-
 def circle_table(
     kinematics: Kinematics,
     side: Side,
@@ -95,8 +112,9 @@ def circle_table(
     ``start`` is the posture to search from at the affordance's own angle. See ``CircleTable.usable``.
     """
     tables = []
+    first = round(affordance.angle_rad / (2 * np.pi) * points) % points
     for stage, solver in two_stage(kinematics, side, stance, rest):
-        table = _go_round(solver, stage, start, affordance, rng, points)
+        table = _go_round(solver, stage, start, circle_of(affordance), first, rng, points)
         if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
             return table
         tables.append(table)
@@ -107,13 +125,13 @@ def _go_round(
     solver: ChainIk,
     stage: str,
     start: np.ndarray,
-    affordance: CircularAffordance,
+    circle: Circle,
+    first: int,
     rng: np.random.Generator,
     points: int,
 ) -> CircleTable:
     """Solve from row to row until the next row is the one found a lap before, or a row cannot be reached at all."""
-    targets = [handle_place(affordance, 2 * np.pi * k / points) for k in range(points)]
-    first = round(affordance.angle_rad / (2 * np.pi) * points) % points
+    targets = [circle.place(2 * np.pi * k / points) for k in range(points)]
     found: dict[int, Solution] = {first: search(solver, start, targets[first], rng)}
     q = found[first].q
     for lap_step in range(1, 2 * points + 1):
@@ -125,20 +143,15 @@ def _go_round(
             break
         if known is not None and np.abs(known.q - solution.q).max() < 2e-3:
             break
-    return _as_table(solver, stage, [found.get(k, found[first]) for k in range(points)], targets, affordance)
+    return _as_table(solver, stage, [found.get(k, found[first]) for k in range(points)], targets, circle)
 
 
-def _as_table(
-    solver: ChainIk, stage: str, rows: list[Solution], targets: list[Target], affordance: CircularAffordance
-) -> CircleTable:
+def _as_table(solver: ChainIk, stage: str, rows: list[Solution], targets: list[Target], circle: Circle) -> CircleTable:
     # Judged again: a row that was never reached holds another row's posture.
     rows = [solver.judge(row.q, target) for row, target in zip(rows, targets, strict=True)]
     q = np.array([row.q for row in rows])
     angles = 2 * np.pi * np.arange(len(rows)) / len(rows)
-    push = [
-        _push(solver.kinematics, solver.side, row, path_direction(affordance, a))
-        for row, a in zip(q, angles, strict=True)
-    ]
+    push = [_push(solver.kinematics, solver.side, row, circle.direction(a)) for row, a in zip(q, angles, strict=True)]
     seam = np.abs(np.roll(q, -1, axis=0)[:, 7:] - q[:, 7:]).max()
     return CircleTable(
         q=q,

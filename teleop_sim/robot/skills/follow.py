@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.circle_table import CircleTable, angle_of, circle_table, handle_place
+from teleop_sim.robot.circle_table import CircleTable, circle_of, circle_table
 from teleop_sim.robot.commands import Follow
 from teleop_sim.robot.skill import Done, Motion, Tick
 from teleop_sim.robot.skills.manipulate import JAW_SHUT, Arm, arm_of, plan_stance, rest_posture, smooth
@@ -29,6 +29,7 @@ PUSH_N_S = 40.0
 LAG_FREE_RAD, LAG_LOST_RAD = 0.25, 0.9
 """The hand may trail the reference by this much at full speed; beyond the second the grip is lost (measured)."""
 OFF_PATH_M = 0.06
+"""Hand to believed circle: more than the cage's opening, so it cannot be round the handle."""
 TOUCH_N = 3.0
 UNTOUCHED_RAD = 0.35
 """A handle resists all the way; a hand that feels nothing for 4 cm of path holds nothing (assumed)."""
@@ -41,12 +42,14 @@ FINAL = 0.6
 REST_S = 2.5
 RELAX_S = 0.6
 EASE_S = 1.0
+"""Waits for the signal's lag to pass, for the hand to lose its load, for the start's posture to become the table's
+(all assumed)."""
 RATIO_WINDOW_S = 1.0
 
 CAUSES = {
     "reached": "signal at rest in its tolerance",
     "grip_lost": "the hand left the handle or lost touch with it",
-    "no_motion": "the signal does not move",
+    "no_motion": "the signal does not move towards its target",
     "timed_out": "time limit",
 }
 
@@ -97,6 +100,11 @@ class Cranking:
     history: list[tuple[float, float]] = field(default_factory=list)
 
 
+def clamp(value: float, low: float, high: float) -> float:
+    """``value`` kept within [low, high]."""
+    return min(max(value, low), high)
+
+
 def watched(body: Body, signal: str) -> float:
     """A status value, NaN when the task sends none."""
     return float(body.status().get(signal, np.nan))
@@ -107,6 +115,7 @@ class Follower:
 
     def __init__(self, arm: Arm, command: Follow, table: CircleTable, start: float, signal: float) -> None:
         self.arm, self.command = arm, command
+        self.circle = circle_of(command.affordance)
         self.postures = table.q[:, arm.upper]
         self.pushes = table.push[:, arm.upper - 1]
         self.jaws = arm.jaws(JAW_SHUT)
@@ -119,7 +128,7 @@ class Follower:
         """Read hand and signal. Return an outcome that ends the motion, or nothing."""
         now, body = self.now, self.arm.body
         _, position = self.arm.hand()
-        angle = angle_of(self.command.affordance, position)
+        angle = self.circle.angle_of(position)
         now.hand += (angle - now.hand + np.pi) % (2 * np.pi) - np.pi
         signal = now.signal = watched(body, self.command.signal)
         now.ticks += 1
@@ -128,14 +137,12 @@ class Follower:
         if abs(signal - now.moved[1]) > STILL_RAD:
             now.moved = (now.ticks, signal)
         self._learn(signal)
-        off_m = float(np.linalg.norm(position - handle_place(self.command.affordance, now.hand).position))
-        if (
-            off_m > OFF_PATH_M
-            or abs(now.place - now.hand) > LAG_LOST_RAD
-            or abs(now.hand - now.touched) > UNTOUCHED_RAD
-        ):
+        off_m = float(np.linalg.norm(position - self.circle.place(now.hand).position))
+        lag, untouched = abs(now.place - now.hand), abs(now.hand - now.touched)
+        if off_m > OFF_PATH_M or lag > LAG_LOST_RAD or untouched > UNTOUCHED_RAD:
             return "grip_lost"
-        if not np.isfinite(signal) or (now.ticks - now.moved[0]) * body.tick_s > STILL_S:
+        away = abs(self.error()) > abs(self.first_error) + self.command.tolerance
+        if away or (now.ticks - now.moved[0]) * body.tick_s > STILL_S:
             return "no_motion"
         return "timed_out" if now.ticks * body.tick_s > self.command.time_limit_s else ""
 
@@ -160,7 +167,7 @@ class Follower:
 
     def way(self) -> float:
         """Which way to turn now: as commanded, and back after an overshoot."""
-        return float(np.sign(self.command.direction) * np.sign(self.error()) * np.sign(self.first_error))
+        return math.copysign(1.0, self.command.direction * self.error() * self.first_error)
 
     def advance(self) -> Tick:
         """Move the reference on: slower near the target, when the hand trails, and until the ratio is known."""
@@ -170,19 +177,20 @@ class Follower:
         if landing < wanted:
             wanted, now.braked = landing, True
         lag = way * (now.place - now.hand)
-        wanted *= float(np.clip((LAG_LOST_RAD - lag) / (LAG_LOST_RAD - LAG_FREE_RAD), 0.0, 1.0))
-        velocity = now.velocity
-        now.velocity += float(np.clip(way * wanted - velocity, -SLOW_DOWN_RAD_S2 * tick_s, SPEED_UP_RAD_S2 * tick_s))
+        wanted *= clamp((LAG_LOST_RAD - lag) / (LAG_LOST_RAD - LAG_FREE_RAD), 0.0, 1.0)
+        change = way * wanted - now.velocity
+        most = (SPEED_UP_RAD_S2 if change * now.velocity >= 0.0 else SLOW_DOWN_RAD_S2) * tick_s
+        now.velocity += clamp(change, -most, most)
         now.place += now.velocity * tick_s
-        now.push_n += float(np.clip(way * PUSH_N - now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s))
+        now.push_n += clamp(way * PUSH_N - now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
         return self.tick()
 
     def relax(self) -> Tick:
         """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens."""
         now, tick_s = self.now, self.arm.body.tick_s
         now.velocity = 0.0
-        now.place += float(np.clip(now.hand - now.place, -START_SPEED_RAD_S * tick_s, START_SPEED_RAD_S * tick_s))
-        now.push_n -= float(np.clip(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s))
+        now.place += clamp(now.hand - now.place, -START_SPEED_RAD_S * tick_s, START_SPEED_RAD_S * tick_s)
+        now.push_n -= clamp(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
         return self.tick()
 
     def tick(self) -> Tick:
@@ -216,7 +224,7 @@ def follow(body: Body, command: Follow, rng: np.random.Generator) -> Motion:
     if not np.isfinite(signal):
         return Done("no_motion", f"no status value {command.signal!r} is received")
     q, stance = plan_stance(arm)
-    angle = angle_of(command.affordance, arm.hand()[1])
+    angle = circle_of(command.affordance).angle_of(arm.hand()[1])
     affordance = replace(command.affordance, angle_rad=angle)
     table = circle_table(arm.kinematics, command.side, stance, rest_posture(arm, q), q, affordance, rng)
     if not table.usable:
@@ -242,6 +250,8 @@ def _until_reached(follower: Follower) -> Generator[Tick, None, str]:
         for _ in range(rest_ticks):
             follower.sense()
             yield follower.relax()
+        if not np.isfinite(follower.error()):
+            return "no_motion"
         if abs(follower.error()) <= FINAL * tolerance:
             return "reached"
         follower.renew()

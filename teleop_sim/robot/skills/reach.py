@@ -8,7 +8,7 @@ import numpy as np
 
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.chain_ik import Stance, two_stage
-from teleop_sim.robot.circle_table import CircleTable, circle_table, handle_place
+from teleop_sim.robot.circle_table import CircleTable, circle_of, circle_table
 from teleop_sim.robot.commands import Reach
 from teleop_sim.robot.skill import Done, Motion
 from teleop_sim.robot.skills.manipulate import (
@@ -75,7 +75,7 @@ def _descent(
 ) -> tuple[np.ndarray, float]:
     """Upper-body postures from the lifted place down to the table's own posture, and the lifted hand's error [m]."""
     solver = dict(two_stage(arm.kinematics, arm.side, stance, rest))[table.stage]
-    target = handle_place(command.affordance, command.affordance.angle_rad)
+    target = circle_of(command.affordance).place(command.affordance.angle_rad)
     bottom = solver.solve(table.at(command.affordance.angle_rad), target, 12)
     path, lifted = straight_path(solver, bottom.q, target, -LIFT_M * target.approach, rows=9)
     return path[::-1, arm.upper], lifted.position_error_m
@@ -83,7 +83,7 @@ def _descent(
 
 def _judge(arm: Arm, table: CircleTable, command: Reach) -> ReachReport:
     rotation, position = arm.hand()
-    target = handle_place(command.affordance, command.affordance.angle_rad)
+    target = circle_of(command.affordance).place(command.affordance.angle_rad)
     cosine = float(np.clip(rotation[:, 2] @ target.approach, -1.0, 1.0))
     return ReachReport(
         position_error_m=float(np.linalg.norm(position - target.position)),
