@@ -19,6 +19,9 @@ TILT_RAD: Final = math.radians(30.0)
 SWEEP_RAD: Final = (0.0, 0.6, -0.6)
 """Where the head looks in successive tries to find the console. WPI looked straight ahead only; assumed."""
 
+SURVEY_RAD: Final = 0.3
+"""Head down by so much while the console is looked for: it stands lower than the eyes (assumed)."""
+
 PLACE_M: Final = 0.5
 """Sweeps from within this distance replace each other in the map (assumed)."""
 
@@ -42,7 +45,7 @@ def init(doing: Doing) -> Program:
 def detect_coarse(doing: Doing) -> Program:
     """Find the console in images, refine its heading by a plane fit in one sweep, choose where to walk."""
     _take_doubt(doing)
-    yield from doing.do(Look(0.0, SWEEP_RAD[doing.tries % len(SWEEP_RAD)], doing.pacing.head_move_s))
+    yield from doing.do(Look(SURVEY_RAD, SWEEP_RAD[doing.tries % len(SWEEP_RAD)], doing.pacing.head_move_s))
     yield from doing.pause(doing.pacing.head_settle_s, "head settles")
     glimpse = yield from _glimpses(doing, doing.pacing.coarse_detections)
     if glimpse is None:

@@ -9,14 +9,14 @@ from teleop_sim.robot.commands import PlanarPose, Side, Step, Vector
 from teleop_sim.robot.sightings import ConsoleFix, ConsoleGlimpse
 
 VIEW_M: Final = 1.1
-"""Distance from the wheels at which the console is looked at closely (assumed; detection was measured from 1.2 m on)."""
+"""Distance from the wheels at which they are looked at closely (assumed; detection was measured from 1.2 m on)."""
 
 AHEAD_M: Final = 0.60
 ASIDE_M: Final = 0.28
 """From the middle of the feet to the wheel that a hand turns: measured, the whole circle is in reach."""
 
 ALIGN_M: Final = (0.04, 0.49)
-"""Offsets that a side-step corrects. WPI: 0.1 to 0.49 m. This robot's reach was measured 2.5 cm either way, hence less."""
+"""Offsets that a side-step corrects. WPI: 0.1 to 0.49 m; this robot was measured 2.5 cm either way, hence less."""
 
 ALIGN_RAD: Final = 0.1
 """Heading error that is corrected with it (assumed)."""
