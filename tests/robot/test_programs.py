@@ -236,7 +236,7 @@ def test_clockwise_turning_increases_the_angle(target, direction):
     run = Run("STATE_CORRECT_PITCH", memory, but(askstatus=[wrong, right, right]))
     [follow] = run.of(Follow)
     assert (follow.direction, follow.signal, follow.target) == (direction, "dish_pitch", target)
-    assert follow.time_limit_s == 12.0
+    assert follow.time_limit_s == 13.4
     assert run.event == "/PITCH_CORRECTION_SUCESSFUL"
     # 11 s of turning, 4 s of letting go (more than the posture's 3.6 s), 5.2 s of hold.
     assert run.time_s == pytest.approx(11.0 + 4.0 + 5.2)
