@@ -6,7 +6,7 @@ no layer drags in another (docs/architecture.md).
 
 from __future__ import annotations
 
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -45,6 +45,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
+        # Costs 30 ms, which every call of --help would pay.
+        from importlib import metadata
+
         return metadata.version("teleop-sim")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)

@@ -14,7 +14,7 @@ import simpy
 
 from teleop_sim.channel import messages as msg
 from teleop_sim.channel import vocabulary as chat
-from teleop_sim.core.records import Emit, EpisodeEnded, Released, Waited
+from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result
 from teleop_sim.onsite import Interrupted, RobotOnSite
@@ -57,12 +57,19 @@ class FieldSite:
         self._send, self._emit = send, emit
         self._memory = Memory()
         self._acting: simpy.Process | None = None
+        self._under_way: Callable[[float], Record] | None = None
         self._pictures = 0
         self.executive = Executive(env, machine, level, self._start_program, _Voice(env, machine, self._tell), emit)
 
     def run(self) -> Generator[simpy.Event, Any, Result]:
         """Process: run the machine to its end."""
         return (yield from self.executive.run())
+
+    def close(self) -> None:
+        """Write the record of what is under way, if anything, as far as it has come."""
+        if self._under_way is not None:
+            record, self._under_way = self._under_way(float(self._env.now)), None
+            self._emit(record)
 
     # What has arrived ----------------------------------------------------------------------------------------------
 
@@ -171,22 +178,33 @@ class FieldSite:
 
     def _act(self, command: Any) -> Process:
         start_s, state = float(self._env.now), self.executive.state
-        episode = yield from self._robot.do(command)
-        now_s = float(self._env.now)
-        name = type(command).__name__.lower()
-        self._emit(
-            EpisodeEnded(now_s, start_s, state, name, brief(command), episode.outcome, episode.cause, episode.physics_s)
-        )
+        name, text = type(command).__name__.lower(), brief(command)
+
+        def ended(now_s: float, outcome: str, cause: str, physics_s: float) -> EpisodeEnded:
+            return EpisodeEnded(now_s, start_s, state, name, text, outcome, cause, physics_s)
+
+        self._under_way = lambda now_s: ended(now_s, "unfinished", "the run ended", now_s - start_s)
+        try:
+            episode = yield from self._robot.do(command)
+        except Interrupted as stop:
+            now_s, self._under_way = float(self._env.now), None
+            self._emit(ended(now_s, "fell" if self._robot.fallen else "interrupted", str(stop), now_s - start_s))
+            raise
+        now_s, self._under_way = float(self._env.now), None
+        self._emit(ended(now_s, episode.outcome, episode.cause, episode.physics_s))
         return Reply(episode.outcome, episode.cause, episode.data, now_s - start_s)
 
     def _wait(self, seconds: float, why: str) -> Process:
         if seconds <= 0.0:
             return
         start_s = float(self._env.now)
+        self._under_way = lambda now_s: Waited(now_s, start_s, self.executive.state, "pacing", why)
         try:
             yield self._env.timeout(seconds)
-        finally:
-            self._emit(Waited(float(self._env.now), start_s, self.executive.state, "pacing", why))
+        except simpy.Interrupt:
+            self.close()
+            raise
+        self.close()
 
     def _wait_for_poll(self, entered_s: float) -> Process:
         """WPI's states look once a second whether they are done."""

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import simpy
 
-from teleop_sim.channel.link import Direction, DirectionSettings
+from teleop_sim.channel.link import Direction
 from teleop_sim.core.records import Emit, OperatorActed, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
@@ -26,18 +26,22 @@ from teleop_sim.machines.executive import Result
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.onsite import RobotOnSite
-from teleop_sim.operators.policies import POLICIES
 from teleop_sim.operators.supervisor import Briefing, Supervisor
-from teleop_sim.operators.timing import load_timing
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.valkyrie import valkyrie
-from teleop_sim.scenarios.names import AUTONOMY
-from teleop_sim.scenarios.schema import LinkDirection, Scenario
+from teleop_sim.scenarios.objects import (
+    autonomy_level,
+    direction_settings,
+    dish_settings,
+    operator_policy,
+    operator_timing,
+)
+from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
-from teleop_sim.world.dish import DishSettings, draw_dish_world
+from teleop_sim.world.dish import draw_dish_world
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.plant import Plant
 
@@ -154,10 +158,10 @@ class _Bench:
         toml = scenario_to_toml(scenario)
         watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, versions))
         streams = partial(stream, seed, replicate)
-        machine, level = src_dish(), AUTONOMY[scenario.autonomy]
+        machine, level = src_dish(), autonomy_level(scenario)
         # The sites are tied together by nothing but these two directions.
-        self.up = Direction(self.env, "up", _settings(scenario.link.up), self._to_field, watch)
-        self.down = Direction(self.env, "down", _settings(scenario.link.down), self._to_station, watch)
+        self.up = Direction(self.env, "up", direction_settings(scenario.link.up), self._to_field, watch)
+        self.down = Direction(self.env, "down", direction_settings(scenario.link.down), self._to_station, watch)
         robot = self._robot(seed, replicate, streams, clock)
         waits = pacing(scenario.pacing)
         programs = dish_programs(waits)
@@ -167,22 +171,17 @@ class _Bench:
             self.env,
             Mirror(machine, level),
             self.up.send,
-            load_timing(expertise=scenario.operator.expertise),
+            operator_timing(scenario.operator),
             streams("operator"),
             watch,
             _briefing(scenario),
-            POLICIES[scenario.operator.policy](),
+            operator_policy(scenario.operator),
         )
 
     def _robot(
         self, seed: int, replicate: int, streams: Callable[[str], np.random.Generator], clock: Clock
     ) -> RobotOnSite:
-        wanted = self._scenario.world
-        settings = DishSettings(
-            layout_id=None if wanted.layout == "random" else int(wanted.layout),
-            wheel_friction_nm=wanted.wheel_friction_nm,
-        )
-        world = draw_dish_world(streams, settings)
+        world = draw_dish_world(streams, dish_settings(self._scenario.world))
         spec = valkyrie()
         self.plant = Plant(spec.model, DishScenery(world), clock)
         score = DishScore.start(world, self.plant.joint_names, self._scenario.time_limit_s)
@@ -212,6 +211,7 @@ class _Bench:
         env.process(self.station.run())
         done = env.process(self.field.run())
         env.run(until=done | env.timeout(limit_s))
+        self.field.close()
         self.up.close()
         self.down.close()
         ended = self._ended(done.value if done.triggered else None)
@@ -232,10 +232,6 @@ class _Bench:
         done_s = now_s if outcome == "completed" else math.nan
         trips = self.field.executive.round_trips
         return RunEnded(now_s, outcome, cause, done_s, trips, self._watch.sends)
-
-
-def _settings(link: LinkDirection) -> DirectionSettings:
-    return DirectionSettings(link.rate_bps, link.delay_s, link.header_bytes, link.blackouts)
 
 
 def _briefing(scenario: Scenario) -> Briefing:

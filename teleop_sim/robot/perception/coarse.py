@@ -27,9 +27,9 @@ STEREO_RANGE_M: Final = 30.0
 
 # What two wheels of equal size, 0.4 m apart, can look like: assumed, with room for slant and shade.
 AREA_RATIO: Final = (0.4, 2.5)
-GAP_IN_SIZES: Final = (0.6, 2.2)
-SLANT: Final = 0.6
-SEPARATION_M: Final = (0.22, 0.6)  # across the view; the wheels are 0.4 m apart
+GAP_IN_SIZES: Final = (0.5, 2.2)
+SLANT: Final = 0.9
+SEPARATION_M: Final = (0.1, 0.6)  # across the view; the wheels are 0.4 m apart, seen up to 75 degrees from the side
 WHEEL_Z_M: Final = (0.3, 1.4)  # over the walkway; the wheels are at 0.81 m
 PAIRS_TRIED: Final = 3
 AVOID_ACROSS_M: Final = 0.3  # assumed: less than a wheel's separation
