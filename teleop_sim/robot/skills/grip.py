@@ -30,7 +30,6 @@ TUG_M = 0.015
 TUG_S = 0.5
 FELT_N = 6.0
 """Free air gives 0 N and a wheel with 2 N m of friction 16 N at 0.123 m; a third of that (assumed)."""
-REFUSE_M = 0.01
 
 
 @dataclass(frozen=True)
