@@ -192,6 +192,8 @@ class FieldSite:
             raise
         now_s, self._under_way = float(self._env.now), None
         self._emit(ended(now_s, episode.outcome, episode.cause, episode.physics_s))
+        # Odometry: what the field computer knows of where its feet are.
+        self._memory.facts["pose"] = self._robot.pose()
         return Reply(episode.outcome, episode.cause, episode.data, now_s - start_s)
 
     def _wait(self, seconds: float, why: str) -> Process:
@@ -226,7 +228,7 @@ class _Voice:
     def __init__(self, env: simpy.Environment, machine: Machine, tell: Callable[[msg.Message, str], None]) -> None:
         self._env, self._tell = env, tell
         self._states = machine.state_names
-        self._edge_index = machine.edge_index
+        self._events = machine.events
 
     def transition(self, edge: int, state: str, event: str, next_state: str) -> None:
         self._tell(msg.MirrorUpdate(edge), f"{state} {event} {next_state}")
@@ -238,7 +240,7 @@ class _Voice:
         self._tell(msg.LevelIs(level), f"level {level}")
 
     def request(self, request: int, kind: str, state: str, event: str) -> None:
-        number = self._edge_index(state, event) if event else 0
+        number = self._events.index(event) if event else 0
         asked = msg.Request(request, "confirm" if kind == "confirm" else "manual", self._states.index(state), number)
         self._tell(asked, f"{kind} {state} {event}")
 

@@ -11,8 +11,9 @@ import simpy
 from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record, Scored
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Command, Stop
+from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
+from teleop_sim.robot.gait import body_between
 
 SAMPLE_EVERY_TICKS = 10
 """The log keeps the plant five times a second; observers see every tick."""
@@ -76,6 +77,10 @@ class RobotOnSite:
         """The body as it stands now, for taking pictures."""
         self._body.load(self._state, float(self._env.now))
         return self._body
+
+    def pose(self) -> PlanarPose:
+        """Where the middle of the feet is, by odometry."""
+        return body_between(self.seen().feet())
 
     def status(self) -> dict[str, float]:
         """The task's status message now."""

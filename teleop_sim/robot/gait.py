@@ -79,13 +79,13 @@ def body_between(feet: Sequence[PlanarPose]) -> PlanarPose:
 
 
 def steps_along(bodies: Sequence[PlanarPose], first: int, gait: Gait) -> tuple[Footstep, ...]:
-    """Alternate feet under successive body poses, then bring the other foot beside."""
+    """Alternate feet under successive body poses, then bring the other foot beside unless it is there."""
     steps = []
     foot = first
     for body in bodies:
         steps.append(sole_place(body, foot, gait.width_m))
         foot = 1 - foot
-    if bodies:
+    if len(bodies) == 1 or (bodies and bodies[-1] != bodies[-2]):
         steps.append(sole_place(bodies[-1], foot, gait.width_m))
     return tuple(steps)
 

@@ -75,9 +75,12 @@ def half_turn(
         (n, 3) in the odometry frame [m].
 
     """
-    directions = half_turn_directions() @ pose.rotation.T
+    directions = half_turn_directions()
     if region is not None:
-        directions = directions[thinned() | _towards(directions, np.asarray(region) - pose.position)]
+        # Chosen in the sensor's frame: only what is cast need be turned into the world's.
+        way = (np.asarray(region) - pose.position) @ pose.rotation
+        directions = directions[thinned() | _towards(directions, way)]
+    directions = directions @ pose.rotation.T
     distance, _, _ = rays.cast(pose.position, directions, RANGE_M[1])
     seen = distance > RANGE_M[0]
     range_m = distance[seen] + rng.normal(0.0, NOISE_SD_M, int(seen.sum()))
