@@ -38,13 +38,13 @@ SERVOS = {
 # distance above 0.988 of the straight leg falls).
 KNEE_RAD = 0.9
 WALK_POSTURE = {
-    "rightShoulderPitch": -0.2,
+    "rightShoulderPitch": -0.4,
     "rightShoulderRoll": 1.2,
-    "rightElbowPitch": 1.0,
+    "rightElbowPitch": 1.4,
     "rightForearmYaw": 1.5,
-    "leftShoulderPitch": -0.2,
+    "leftShoulderPitch": -0.4,
     "leftShoulderRoll": -1.2,
-    "leftElbowPitch": -1.0,
+    "leftElbowPitch": -1.4,
     "leftForearmYaw": 1.5,
     "lowerNeckPitch": 0.0,
     "upperNeckPitch": 0.0,

@@ -11,8 +11,8 @@ from teleop_sim.robot.sightings import ConsoleFix, ConsoleGlimpse
 VIEW_M: Final = 1.1
 """Distance from the wheels at which they are looked at closely (assumed; detection was measured from 1.2 m on)."""
 
-AHEAD_M: Final = 0.60
-ASIDE_M: Final = 0.28
+AHEAD_M: Final = 0.57
+ASIDE_M: Final = 0.27
 """From the middle of the feet to the wheel that a hand turns: measured, the whole circle is in reach."""
 
 ALIGN_M: Final = (0.04, 0.49)
