@@ -205,8 +205,8 @@ def test_a_side_step_is_made_when_the_other_hand_is_needed():
     memory = Memory({"fix": FIX, "pose": stance(FIX, "right")})
     run = Run("STATE_GRASP_YAW_HANDLE", memory)
     [step] = run.of(Step)
-    # The wheels are 0.4 m apart and each is turned from 0.28 m aside: 2 * 0.28 - 0.4.
-    assert (step.forward_m, step.left_m, step.turn_rad) == pytest.approx((0.0, -0.16, 0.0), abs=1e-9)
+    # The wheels are 0.4 m apart and each is turned from 0.27 m aside: 2 * 0.27 - 0.4.
+    assert (step.forward_m, step.left_m, step.turn_rad) == pytest.approx((0.0, -0.14, 0.0), abs=1e-9)
     assert memory.facts["pose"] == pytest.approx(stance(FIX, "left"))
     assert memory.facts["holding"] == ("left", FIX.yaw_handle)
     far = Run("STATE_GRASP_YAW_HANDLE", Memory({"fix": FIX, "pose": (0.0, 1.0, 3.0)}))
@@ -423,7 +423,7 @@ def test_a_step_leads_where_it_was_made_for():
 def test_the_wheel_is_where_the_hand_can_turn_it():
     for side, handle in (("right", FIX.pitch_handle), ("left", FIX.yaw_handle)):
         wheel_at = move(stance(FIX, side), (*handle.centre[:2], 0.0))
-        assert (wheel_at.forward_m, wheel_at.left_m) == pytest.approx((0.6, -0.28 if side == "right" else 0.28))
+        assert (wheel_at.forward_m, wheel_at.left_m) == pytest.approx((0.57, -0.27 if side == "right" else 0.27))
 
 
 @pytest.mark.parametrize(
