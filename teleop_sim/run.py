@@ -14,7 +14,6 @@ from functools import partial
 from importlib import metadata
 from pathlib import Path
 
-import numpy as np
 import simpy
 
 from teleop_sim.channel.link import Direction
@@ -24,25 +23,22 @@ from teleop_sim.field import FieldSite
 from teleop_sim.log.writer import LogWriter
 from teleop_sim.machines.executive import Result
 from teleop_sim.machines.mirror import Mirror
-from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.programs.pacing import pacing
-from teleop_sim.robot.programs.src_dish import dish_programs
-from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.objects import (
+    ROBOTS,
+    TASKS,
+    Site,
     autonomy_level,
     direction_settings,
-    dish_settings,
     operator_policy,
     operator_timing,
 )
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
-from teleop_sim.world.dish import draw_dish_world
-from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.plant import Plant
 
 Clock = Callable[[], float]
@@ -99,6 +95,8 @@ def run(
         KeyboardInterrupt: passed on after the log has been finished up to the interruption.
     """
     started_s = clock()
+    # The log's scenario repeats the run, whoever chose the seed.
+    scenario = scenario.model_copy(update={"seed": seed})
     path = out / f"{scenario.name}_seed{seed}.mcap"
     writer = LogWriter(path)
     watch = _Watch(scenario, writer.write, progress)
@@ -158,13 +156,14 @@ class _Bench:
         toml = scenario_to_toml(scenario)
         watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, versions))
         streams = partial(stream, seed, replicate)
-        machine, level = src_dish(), autonomy_level(scenario)
+        self._task = TASKS[scenario.task]
+        machine, level = self._task.machine(), autonomy_level(scenario)
         # The sites are tied together by nothing but these two directions.
         self.up = Direction(self.env, "up", direction_settings(scenario.link.up), self._to_field, watch)
         self.down = Direction(self.env, "down", direction_settings(scenario.link.down), self._to_station, watch)
-        robot = self._robot(seed, replicate, streams, clock)
+        robot = self._robot(seed, replicate, self._task.site(scenario, streams), clock)
         waits = pacing(scenario.pacing)
-        programs = dish_programs(waits)
+        programs = self._task.programs(waits)
         self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, self.down.send, watch)
         self.robot = robot
         self.station = Supervisor(
@@ -178,13 +177,10 @@ class _Bench:
             operator_policy(scenario.operator),
         )
 
-    def _robot(
-        self, seed: int, replicate: int, streams: Callable[[str], np.random.Generator], clock: Clock
-    ) -> RobotOnSite:
-        world = draw_dish_world(streams, dish_settings(self._scenario.world))
-        spec = valkyrie()
-        self.plant = Plant(spec.model, DishScenery(world), clock)
-        score = DishScore.start(world, self.plant.joint_names, self._scenario.time_limit_s)
+    def _robot(self, seed: int, replicate: int, site: Site, clock: Clock) -> RobotOnSite:
+        spec = ROBOTS[self._scenario.robot]()
+        self.plant = Plant(spec.model, site.scenery, clock)
+        score = site.score(self.plant.joint_names)
         return RobotOnSite(self.env, Body(spec, self.plant), score, seed, replicate, self._watch)
 
     def _to_field(self, topic: str, payload: bytes) -> None:
@@ -219,14 +215,15 @@ class _Bench:
         return ended
 
     def _ended(self, result: Result | None) -> RunEnded:
-        now_s, checkpoint = float(self.env.now), self.robot.score.checkpoint
+        now_s, checkpoint, last = float(self.env.now), self.robot.score.checkpoint, self._task.last_checkpoint
         if result is None:
             state = self.field.executive.state
-            outcome, cause = "censored", f"time limit of {now_s:.0f} s reached in {state}, checkpoint {checkpoint} of 4"
+            at = f"in {state}, checkpoint {checkpoint} of {last}"
+            outcome, cause = "censored", f"time limit of {now_s:.0f} s reached {at}"
         elif result.outcome == "failed":
             outcome, cause = "failed", result.cause
-        elif checkpoint < 4:
-            outcome, cause = "failed", f"the machine ended, but only checkpoint {checkpoint} of 4 was scored"
+        elif checkpoint < last:
+            outcome, cause = "failed", f"the machine ended, but only checkpoint {checkpoint} of {last} was scored"
         else:
             outcome, cause = "completed", ""
         done_s = now_s if outcome == "completed" else math.nan
