@@ -1,44 +1,99 @@
-"""A scenario's values as the parts of the simulator want them: names to objects. Imports the parts when called."""
+"""A scenario's names and values as the parts of the simulator want them.
+
+A new robot or task is its own files and one line in ``ROBOTS`` or ``TASKS`` here, beside its line in ``names.py``
+that says what it is (docs/architecture.md, *How to add*).
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 
+import numpy as np
+
+from teleop_sim.channel.link import DirectionSettings
+from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.src_dish import src_dish
+from teleop_sim.operators.policies import POLICIES, Policy
+from teleop_sim.operators.timing import OperatorTiming, load_timing
+from teleop_sim.robot.programs.pacing import Pacing
+from teleop_sim.robot.programs.src_dish import dish_programs
+from teleop_sim.robot.programs.steps import ProgramOf
+from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import LinkDirection, Operator, Scenario, World
+from teleop_sim.world import dish_scorer
+from teleop_sim.world.dish import DishSettings, draw_dish_world
+from teleop_sim.world.dish_scenery import DishScenery, DishScore
+from teleop_sim.world.plant import Scenery
+from teleop_sim.world.scoring import Score
 
-if TYPE_CHECKING:
-    from teleop_sim.channel.link import DirectionSettings
-    from teleop_sim.operators.policies import Policy
-    from teleop_sim.operators.timing import OperatorTiming
-    from teleop_sim.world.dish import DishSettings
+Streams = Callable[[str], np.random.Generator]
+"""Named random streams of one replicate."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where a task is done, as drawn: what stands round the robot; the score to begin with, by the plant's joints."""
+
+    scenery: Scenery
+    score: Callable[[tuple[str, ...]], Score]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One task.
+
+    Attributes:
+        machine: declares what is done in which order.
+        programs: what each state of the machine does, with the given waits.
+        site: draws the world.
+        last_checkpoint: of the scorer; the task is done when it has been scored.
+
+    """
+
+    machine: Callable[[], Machine]
+    programs: Callable[[Pacing], Mapping[str, ProgramOf]]
+    site: Callable[[Scenario, Streams], Site]
+    last_checkpoint: int
+
+
+def dish_site(scenario: Scenario, streams: Streams) -> Site:
+    """The world of the dish task, drawn."""
+    world = draw_dish_world(streams, dish_settings(scenario.world))
+    return Site(DishScenery(world), partial(DishScore.start, world, time_limit_s=scenario.time_limit_s))
+
+
+ROBOTS: Mapping[str, Callable[[], RobotSpec]] = {
+    "valkyrie": valkyrie,
+}
+"""Name in a scenario to robot."""
+
+TASKS: Mapping[str, Task] = {
+    "src-dish": Task(src_dish, dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),
+}
+"""Name in a scenario to task."""
 
 
 def direction_settings(direction: LinkDirection) -> DirectionSettings:
     """What ``channel.link.Direction`` is made with."""
-    from teleop_sim.channel.link import DirectionSettings
-
     return DirectionSettings(direction.rate_bps, direction.delay_s, direction.header_bytes, direction.blackouts)
 
 
 def operator_timing(operator: Operator) -> OperatorTiming:
     """How long the scenario's operator takes."""
-    from teleop_sim.operators.timing import load_timing
-
     return load_timing(expertise=operator.expertise)
 
 
 def operator_policy(operator: Operator) -> Policy:
     """How the scenario's operator decides."""
-    from teleop_sim.operators.policies import POLICIES
-
     return POLICIES[operator.policy]()
 
 
 def dish_settings(world: World) -> DishSettings:
     """What the world is drawn with."""
-    from teleop_sim.world.dish import DishSettings
-
     return DishSettings(
         layout_id=world.layout if isinstance(world.layout, int) else None,
         wheel_friction_nm=world.wheel_friction_nm,
