@@ -5,7 +5,9 @@
     TeleopError
     ├── BadInput (ValueError)      a file, an option or an argument is wrong; lists every problem
     │   └── UnknownName            something is not registered
-    └── LogDamaged (ValueError)    a log cannot be read at all
+    ├── LogDamaged (ValueError)    a log cannot be read at all
+    ├── BadMessage (ValueError)    bytes or text that are no message          (channel/codec.py)
+    └── LinkClosed (RuntimeError)  something was sent after the run's end     (channel/link.py)
 
 Every field is in ``args``: SimPy rebuilds a failed event's exception as ``type(e)(*e.args)`` and so does pickle.
 What goes wrong *inside* a run (a fall, a lost grip, a missed deadline) is an outcome, never an exception.

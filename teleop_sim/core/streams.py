@@ -16,7 +16,7 @@ def stream(seed: int, replicate: int, name: str) -> np.random.Generator:
 
     Args:
         seed: of the experiment, zero or more.
-        replicate: number of the repetition, zero or more; all cells of a sweep share it.
+        replicate: number of the repetition, zero or more, below 2**32; all cells of a sweep share it.
         name: dotted purpose, such as ``"operator.timing"``.
 
     Source: ``numpy.random.SeedSequence`` guarantees independence of streams with different keys.

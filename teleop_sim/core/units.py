@@ -14,7 +14,7 @@ from teleop_sim.core.errors import BadInput, Problem
 RATE_UNITS = {"bps": 1.0, "kbps": 1e3, "mbps": 1e6, "gbps": 1e9, "bit/s": 1.0, "kbit/s": 1e3, "mbit/s": 1e6}
 TIME_UNITS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z/µ]*)\s*\Z")
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:_\d+)*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z/µ]*)\s*\Z")
 
 
 def parse_rate_bps(text: str, where: str) -> float:
@@ -46,24 +46,18 @@ def parse_time_s(text: str, where: str) -> float:
 def _parse(text: str, where: str, units: dict[str, float], example: str) -> float:
     found = _NUMBER.match(text)
     scale = units.get(found[2].lower().replace("µ", "u")) if found else None
-    if found is None or scale is None or not math.isfinite(float(found[1])):
+    value = float(found[1]) * scale if found is not None and scale is not None else math.nan
+    if not math.isfinite(value):
         raise BadInput((Problem(where, f"{text!r} is not understood", f"Give {example}."),))
-    return float(found[1]) * scale
-
-
-def format_rate(rate_bps: float) -> str:
-    """Text for people: ``380 bit/s``, ``4 kbit/s``, ``2 Mbit/s``."""
-    for scale, unit in ((1e9, "Gbit/s"), (1e6, "Mbit/s"), (1e3, "kbit/s")):
-        if rate_bps >= scale:
-            return f"{rate_bps / scale:.4g} {unit}"
-    return f"{rate_bps:.4g} bit/s"
+    return value
 
 
 def format_time(time_s: float) -> str:
-    """Text for people: ``250 ms``, ``12.3 s``, ``4 min 45 s``."""
+    """Text for people: ``250 ms``, ``12.3 s``, ``4 min 45 s``; ``never`` for what is no time."""
     if not math.isfinite(time_s):
         return "never"
-    if abs(time_s) < 1.0:
+    # What three digits would round up to 1000 ms is a second.
+    if abs(time_s) < 0.9995:
         return f"{time_s * 1e3:.3g} ms"
     if abs(time_s) < 120.0:
         return f"{time_s:.3g} s"
