@@ -107,7 +107,8 @@ class TransitionTaken(Record):
 
     ``how``: ``autonomous`` (the guard let it pass), ``confirmed`` (suggested, then confirmed by the operator) or
     ``forced`` (the operator commanded it). ``mode``: mode in which the visit ended, ``normal``, ``auto`` or ``manual``.
-    ``retries``: failures in this visit's row of attempts, c in the 8-tuple. ``waited_s``: time suggested before it passed.
+    ``retries``: failures in this visit's row of attempts, c in the 8-tuple. ``waited_s``: time suggested before it
+    passed.
     """
 
     state: str
