@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 # Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
 XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, FOOT = 0, 2, 4, 5, 6, 7, 8, 9
@@ -75,7 +76,7 @@ class Arrays(NamedTuple):
     control: np.ndarray
 
 
-@njit(cache=True)
+@register_jitable
 def solve(A, b):
     """Gauss elimination with pivoting in place: b becomes the solution of A x = b. Tiny pivots are held at 1e-4."""
     n, m = A.shape[0], b.shape[1]
@@ -105,26 +106,26 @@ def solve(A, b):
             b[i, j] = s / A[i, i]
 
 
-@njit(cache=True)
+@register_jitable
 def clip(x, low, high):
     """x kept within [low, high]."""
     return low if x < low else (high if x > high else x)
 
 
-@njit(cache=True)
+@register_jitable
 def cross(a, b):
     """a x b."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-@njit(cache=True)
+@register_jitable
 def tilt_error(R, c, s):
     """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
     e = cross(R[:, 0], np.array([c, s, 0.0])) + cross(R[:, 1], np.array([-s, c, 0.0]))
     return 0.5 * (e + cross(R[:, 2], np.array([0.0, 0.0, 1.0])))
 
 
-@njit(cache=True)
+@register_jitable
 def base_rotation(qpos):
     """Rotation matrix of the free root."""
     w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
@@ -141,7 +142,7 @@ def base_rotation(qpos):
     return R
 
 
-@njit(cache=True)
+@register_jitable
 def com_velocity(a, mass):
     """Centre-of-mass velocity: the base's linear rows of M times qvel, over the mass."""
     p = np.zeros(3)
@@ -155,7 +156,7 @@ def com_velocity(a, mass):
     return p / mass
 
 
-@njit(cache=True)
+@register_jitable
 def centre_of_pressure(row, g, memory, a, velocity):
     """Set the wanted centre of pressure, kept on the sole or the hull of both; return the left foot's share."""
     ex = a.com[0] + velocity[0] / g.omega - row[XI]
@@ -182,7 +183,7 @@ def centre_of_pressure(row, g, memory, a, velocity):
     return left
 
 
-@njit(cache=True)
+@register_jitable
 def feel_ground(row, g, memory, a):
     """Remember which feet have landed and how high the ground is under them."""
     stance = int(row[STANCE])
@@ -200,7 +201,7 @@ def feel_ground(row, g, memory, a):
     memory[GROUND] += clip(target - memory[GROUND], -0.1 * g.tick_s, 0.1 * g.tick_s)
 
 
-@njit(cache=True)
+@register_jitable
 def sole_task(i, row, g, memory, a, Jl, Jb):
     """Fill a sole's Jacobians by leg (6, 6) and base rotation (6, 3); return wanted minus drift acceleration."""
     r = a.sole[i] - a.com
@@ -236,7 +237,7 @@ def sole_task(i, row, g, memory, a, Jl, Jb):
     return wanted - drift
 
 
-@njit(cache=True)
+@register_jitable
 def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     """Accelerations of all degrees of freedom (nv,) that fulfil the tasks."""
     nv = a.qvel.size
@@ -289,7 +290,7 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     return qdd
 
 
-@njit(cache=True)
+@register_jitable
 def foot_wrenches(row, a, tau, Rb, left):
     """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
     F, W = np.zeros((2, 6)), np.empty(6)
@@ -326,7 +327,7 @@ def foot_wrenches(row, a, tau, Rb, left):
     return F
 
 
-@njit(cache=True)
+@register_jitable
 def carry(F, g, a, Jl, tau):
     """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
     hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
