@@ -25,7 +25,7 @@ from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import LinkDirection, Operator, Scenario, World
 from teleop_sim.world import dish_scorer
-from teleop_sim.world.dish import DishSettings, draw_dish_world
+from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.plant import Scenery
 from teleop_sim.world.scoring import Score

@@ -128,7 +128,7 @@ class World(_Part):
     """Where the robot works: what is drawn from the seed, uniformly, and between which limits.
 
     Equal limits fix a value. The defaults are those of the simulated world, with their sources there
-    (``teleop_sim.world.dish.DishSettings``).
+    (``teleop_sim.world.dish_draw.DishSettings``).
     """
 
     layout: Annotated[str | int, PlainValidator(_layout), WithJsonSchema({"enum": ["random", *names.WORLDS]})] = Field(

@@ -6,16 +6,8 @@ from dataclasses import dataclass
 
 import mujoco
 
+from teleop_sim.world.light import NOON, Light
 from teleop_sim.world.plant import Plant
-
-
-@dataclass(frozen=True)
-class Noon:
-    """A white sun overhead."""
-
-    to_sun: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    sun: tuple[float, float, float] = (0.9, 0.9, 0.9)
-    ambient: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -23,7 +15,7 @@ class BareFloor:
     """A floor at z = 0 with one friction coefficient; no task, no status."""
 
     friction: float = 0.8
-    light: Noon = Noon()
+    light: Light = NOON
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add the floor."""

@@ -15,9 +15,9 @@ from teleop_sim.core.errors import UnknownName
 from teleop_sim.world import console as shape
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.dish_layout import Layout, Obstacle, Planar
+from teleop_sim.world.light import Light
 
 Range = tuple[float, float]
-Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +48,6 @@ class DishSettings:
     console_jitter_m: float = 0.03
     console_jitter_rad: float = math.radians(2.0)
     clutter: tuple[int, int] = (2, 6)
-
-
-@dataclass(frozen=True, slots=True)
-class Light:
-    """One sun and an even sky: unit vector to the sun, the sun's colour, the sky's level (1 is well lit)."""
-
-    to_sun: tuple[float, float, float]
-    sun: Rgb
-    ambient: float
 
 
 @dataclass(frozen=True, slots=True)

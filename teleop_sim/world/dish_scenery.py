@@ -9,7 +9,9 @@ import numpy as np
 
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world import dish_scorer
-from teleop_sim.world.dish import DishSignals, DishWorld, Light, add_dish_world
+from teleop_sim.world.dish import DishSignals, add_dish_world
+from teleop_sim.world.dish_draw import DishWorld
+from teleop_sim.world.light import Light
 from teleop_sim.world.plant import Plant
 
 Memory = tuple[float, ...]

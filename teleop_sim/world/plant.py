@@ -14,6 +14,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import ROBOT_GROUP, RobotModel, add_robot
 
 TIMESTEP_S = 0.004
@@ -21,27 +22,11 @@ TICK_S = 0.02
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-class Sun(Protocol):
-    """Light on the scene."""
-
-    @property
-    def to_sun(self) -> tuple[float, float, float]:
-        """Unit vector."""
-
-    @property
-    def sun(self) -> tuple[float, float, float]:
-        """Its colour and strength."""
-
-    @property
-    def ambient(self) -> float:
-        """Brightness of shadows."""
-
-
 class Scenery(Protocol):
     """What stands round the robot and how it behaves between control ticks."""
 
     @property
-    def light(self) -> Sun:
+    def light(self) -> Light:
         """For the cameras."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:

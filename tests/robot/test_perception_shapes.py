@@ -11,6 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from teleop_sim.robot.perception import components, console_model, fine, shapes
+from teleop_sim.world import console
 
 
 def test_plane_through_exact_points_is_exact():
@@ -53,21 +54,21 @@ def test_ball_from_the_side_that_is_seen_is_exact(seed):
     out = rng.normal(0, 1, (80, 3))
     out /= np.linalg.norm(out, axis=1, keepdims=True)
     out = out[out @ (eye - centre) > 0.3]
-    found = shapes.fit_ball(centre + console_model.KNOB_RADIUS_M * out, console_model.KNOB_RADIUS_M, eye, rounds=60)
+    found = shapes.fit_ball(centre + console.KNOB_RADIUS_M * out, console.KNOB_RADIUS_M, eye, rounds=60)
     assert found == pytest.approx(centre, abs=1e-6)
 
 
 def surface(pose, rng, n=1500):
     """Points of the console's face and discs, which all its fits lean on."""
     axis, zero, left = console_model.axes(pose[3])
-    face = console_model.BLOCKS[3]
+    face = console.BLOCKS[3]
     c, s = np.cos(pose[3]), np.sin(pose[3])
     middle = pose[:3] + np.array([c * face.centre[0], s * face.centre[0], face.centre[2]]) + face.half[2] * axis
     u, v = rng.uniform(-1, 1, (2, n)) * np.array([[face.half[0]], [face.half[1]]])
     points = [middle + u[:, None] * zero + v[:, None] * left]
     for centre in console_model.wheel_centres(pose):
-        r, a = console_model.WHEEL_RADIUS_M * np.sqrt(rng.random(n // 2)), rng.uniform(-np.pi, np.pi, n // 2)
-        top = centre + console_model.WHEEL_HALF_THICKNESS_M * axis
+        r, a = console.WHEEL_RADIUS_M * np.sqrt(rng.random(n // 2)), rng.uniform(-np.pi, np.pi, n // 2)
+        top = centre + console.WHEEL_HALF_THICKNESS_M * axis
         points.append(top + (r * np.cos(a))[:, None] * zero + (r * np.sin(a))[:, None] * left)
     points = np.concatenate(points)
     return points[console_model.distance(pose[None], points)[0] > -1e-6]
@@ -97,7 +98,7 @@ def test_distance_is_euclidean_outside_and_the_same_in_every_pose():
     assert console_model.distance(pose, place(0.15, 0.476, 0.3)) == pytest.approx(0.1)  # beside it
     assert console_model.distance(pose, place(0.15, 0.376 + 0.3, -0.4)) == pytest.approx(0.5)  # 3-4-5 off an edge
     axis, _, _ = console_model.axes(0.7)
-    over = console_model.wheel_centres(pose[0])[0] + (console_model.WHEEL_HALF_THICKNESS_M + 0.05) * axis
+    over = console_model.wheel_centres(pose[0])[0] + (console.WHEEL_HALF_THICKNESS_M + 0.05) * axis
     assert console_model.distance(pose, over[None]) == pytest.approx(0.05)
 
 

@@ -14,7 +14,8 @@ from teleop_sim.core.streams import stream
 from teleop_sim.robot.perception import gridpath, lidar, walkway
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.console import SQUARE_M
-from teleop_sim.world.dish import DishSettings, add_dish_world, draw_dish_world
+from teleop_sim.world.dish import add_dish_world
+from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 
 HEAD_M = 1.7
 START = (0.0, 0.0, 0.0)

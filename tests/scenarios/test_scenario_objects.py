@@ -17,7 +17,7 @@ from teleop_sim.scenarios.objects import (
     operator_timing,
 )
 from teleop_sim.scenarios.schema import World
-from teleop_sim.world.dish import DishSettings
+from teleop_sim.world.dish_draw import DishSettings
 from teleop_sim.world.dish_layout import LAYOUT_IDS
 
 

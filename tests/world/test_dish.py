@@ -10,7 +10,8 @@ import pytest
 from teleop_sim.core.errors import UnknownName
 from teleop_sim.core.streams import stream
 from teleop_sim.world import console
-from teleop_sim.world.dish import DishSettings, DishSignals, DishWorld, add_dish_world, draw_dish_world
+from teleop_sim.world.dish import DishSignals, add_dish_world
+from teleop_sim.world.dish_draw import DishSettings, DishWorld, draw_dish_world
 
 
 def drawn(seed=1, **settings) -> DishWorld:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from teleop_sim.core.streams import stream
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world import dish_scorer as scorer
-from teleop_sim.world.dish import DishSettings, draw_dish_world
+from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_scorer import DishTask, ScorerState, advance, next_event_s, status
 
 LAYOUT = lay.layout(1)

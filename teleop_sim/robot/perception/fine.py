@@ -16,6 +16,7 @@ from teleop_sim.robot.perception.components import clusters
 from teleop_sim.robot.perception.rays import Floats
 from teleop_sim.robot.perception.shapes import fit_ball, fit_console, fit_sloped_plane
 from teleop_sim.robot.sightings import ConsoleFix
+from teleop_sim.world import console
 
 # Assumed, from the console's shape and the LIDAR's density at 1 to 2 m.
 CROP_HALF_M: Final = 0.65
@@ -99,19 +100,19 @@ def _handle(near: Floats, centre: Floats, yaw: float, eye: Floats) -> tuple[Circ
     groups = clusters(over, KNOB_GAP_M)
     if not groups or len(groups[0]) < LEAST_KNOB_POINTS:
         return None, "no knob"
-    ball = fit_ball(groups[0], known.KNOB_RADIUS_M, eye) - centre
+    ball = fit_ball(groups[0], console.KNOB_RADIUS_M, eye) - centre
     x, y = float(ball @ zero), float(ball @ left)
     if (
-        abs(np.hypot(x, y) - known.KNOB_ORBIT_M) > KNOB_TOLERANCE_M
-        or abs(float(ball @ axis) - known.KNOB_HEIGHT_M) > KNOB_TOLERANCE_M
+        abs(np.hypot(x, y) - console.KNOB_ORBIT_M) > KNOB_TOLERANCE_M
+        or abs(float(ball @ axis) - console.KNOB_HEIGHT_M) > KNOB_TOLERANCE_M
     ):
         return None, "knob not on its circle"
     return CircularAffordance(
         _vector(centre),
         _vector(axis),
         _vector(zero),
-        known.KNOB_ORBIT_M,
-        known.KNOB_HEIGHT_M,
+        console.KNOB_ORBIT_M,
+        console.KNOB_HEIGHT_M,
         float(np.arctan2(y, x)),
     ), "ok"
 

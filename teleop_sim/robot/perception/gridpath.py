@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teleop_sim.robot.commands import PlanarPose
+from teleop_sim.robot.perception.rays import Bools, Floats
 
-Bools = npt.NDArray[np.bool_]
-Floats = npt.NDArray[np.float64]
 Cell = tuple[int, int]
 
 _STEPS = tuple((i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))

@@ -13,7 +13,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from teleop_sim.robot.commands import Vector
+from teleop_sim.world.light import Light
+
+__all__ = ["Bools", "Floats", "Ints", "Light", "Rays", "SensorPose", "upright"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -44,22 +46,6 @@ class Rays(Protocol):
     def textured(self, geoms: Ints) -> Bools:
         """Whether surfaces are speckled like soil: (n,) -> (n,)."""
         ...
-
-
-@dataclass(frozen=True)
-class Light:
-    """One sun and light from everywhere.
-
-    Attributes:
-        to_sun: unit vector.
-        sun: red, green, blue of the sun on a surface that faces it; 1 shows a surface's own colour.
-        ambient: brightness of a surface in the shadow, in 0..1.
-
-    """
-
-    to_sun: Vector
-    sun: Vector
-    ambient: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from teleop_sim.robot.perception.console_model import TILT_RAD, distance
+from teleop_sim.robot.perception.console_model import distance
 from teleop_sim.robot.perception.rays import Floats
+from teleop_sim.world.console import TILT_RAD
 
 TRIES: Final = 300  # assumed: with a tenth of the points on the face 300 triples miss it in 26 %, with a fifth in 9 %
 SAMPLE: Final = 400

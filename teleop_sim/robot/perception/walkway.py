@@ -16,7 +16,8 @@ import numpy as np
 
 from teleop_sim.robot.commands import PlanarPose
 from teleop_sim.robot.perception import gridpath
-from teleop_sim.robot.perception.gridpath import Bools, Floats, Grid
+from teleop_sim.robot.perception.gridpath import Grid
+from teleop_sim.robot.perception.rays import Bools, Floats
 from teleop_sim.robot.sightings import FinishFix
 from teleop_sim.world.console import SQUARE_M
 
