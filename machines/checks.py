@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections import Counter as Tally
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from teleop_sim.core.errors import BadInput, Problem, unknown_name
-
-if TYPE_CHECKING:
-    from teleop_sim.machines.declare import Edge, Machine, Row
+from teleop_sim.machines.declare import INHERIT, Autonomy, Edge, Machine, Row
 
 MOST_EDGES = 256
 """An edge's place in the table is sent as one byte."""
-
-INHERIT, HIGHEST = -1, 3
 
 
 def refuse_bad(machine: Machine) -> None:
@@ -70,7 +65,7 @@ def _edge(machine: Machine, edge: Edge) -> Iterator[Problem]:
     for name in dict.fromkeys((edge.state, edge.next_state)):
         if name not in names:
             yield unknown_name(where, name, names)
-    if not INHERIT <= edge.threshold <= HIGHEST:
+    if not INHERIT <= edge.threshold <= max(Autonomy):
         yield Problem(where, f"threshold {edge.threshold}", "Give -1 (inherit) or 0 to 3 (off, low, high, full).")
     elif (edge.threshold == INHERIT) != (edge.kind == "executing"):
         yield Problem(

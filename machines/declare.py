@@ -177,6 +177,7 @@ class Machine:
     ends: frozenset[str]
 
     def __post_init__(self) -> None:
+        # Late: the checks are about the classes of this file.
         from teleop_sim.machines.checks import refuse_bad
 
         refuse_bad(self)

@@ -11,10 +11,14 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 Vector = tuple[float, float, float]
+
+MISSING_EFFORT_NM = 10.0
+"""Effort limit of a joint whose source leaves it out (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ class Description:
 
 
 def load_description(path: Path) -> Description:
-    """Read a robot's JSON file. A limit that the source leaves out (effort) becomes 10 N m (assumed)."""
+    """Read a robot's JSON file."""
     raw = json.loads(path.read_text(encoding="utf-8"))
     foot = raw["foot"]
     return Description(
@@ -111,10 +115,7 @@ def load_description(path: Path) -> Description:
     )
 
 
-def _joint(raw: dict[str, object]) -> Joint:
-    def number(key: str) -> float:
-        return float(raw[key] or 10.0) if key == "effort" else float(raw[key])  # type: ignore[arg-type]
-
+def _joint(raw: dict[str, Any]) -> Joint:
     return Joint(
         name=str(raw["name"]),
         parent=str(raw["parent"]),
@@ -122,10 +123,10 @@ def _joint(raw: dict[str, object]) -> Joint:
         xyz_m=_vector(raw["xyz"]),
         rpy_rad=_vector(raw["rpy"]),
         axis=_vector(raw["axis"]),
-        lower_rad=number("lower"),
-        upper_rad=number("upper"),
-        effort_nm=number("effort"),
-        velocity_rad_s=number("velocity"),
+        lower_rad=float(raw["lower"]),
+        upper_rad=float(raw["upper"]),
+        effort_nm=float(raw["effort"] or MISSING_EFFORT_NM),
+        velocity_rad_s=float(raw["velocity"]),
     )
 
 
@@ -183,5 +184,5 @@ def _merged(parent: Link, child: Link, joint: Joint) -> Link:
 
     both = shifted(inertia_matrix(parent), parent.mass_kg, np.array(parent.com_m))
     both = both + shifted(R @ inertia_matrix(child) @ R.T, child.mass_kg, com_child)
-    six = (both[0, 0], both[0, 1], both[0, 2], both[1, 1], both[1, 2], both[2, 2])
-    return Link(parent.name, mass, _vector(com), tuple(float(x) for x in six))  # type: ignore[arg-type]
+    xx, xy, xz, yy, yz, zz = (float(both[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    return Link(parent.name, mass, _vector(com), (xx, xy, xz, yy, yz, zz))

@@ -8,12 +8,12 @@ Contact friction in MuJoCo is the larger of both geoms: the robot's own is small
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import mujoco
 import numpy as np
 
-from teleop_sim.world.description import Description, Link, Vector, inertia_matrix, rotation_rpy
+from teleop_sim.world.cage import CageHand
+from teleop_sim.world.description import Description, Link, Vector, rotation_rpy
 
 ROBOT_GROUP = 1
 """Geom group of the robot: rays of its own sensors leave it out."""
@@ -44,41 +44,6 @@ class Servo:
     damping: float = 0.5
 
 
-class Cage(Protocol):
-    """A cage hand in numbers; the robot that has it says what they mean."""
-
-    @property
-    def stroke_m(self) -> float: ...  # noqa: D102
-    @property
-    def bar_offset_m(self) -> tuple[float, float]: ...  # noqa: D102
-    @property
-    def bar_radius_m(self) -> float: ...  # noqa: D102
-    @property
-    def bar_top_m(self) -> float: ...  # noqa: D102
-    @property
-    def bar_bottom_m(self) -> float: ...  # noqa: D102
-    @property
-    def bar_mass_kg(self) -> float: ...  # noqa: D102
-    @property
-    def force_n(self) -> float: ...  # noqa: D102
-    @property
-    def kp_n_m(self) -> float: ...  # noqa: D102
-    @property
-    def kv_ns_m(self) -> float: ...  # noqa: D102
-    @property
-    def damping_ns_m(self) -> float: ...  # noqa: D102
-    @property
-    def armature_kg(self) -> float: ...  # noqa: D102
-    @property
-    def body_radius_m(self) -> float: ...  # noqa: D102
-    @property
-    def body_half_m(self) -> float: ...  # noqa: D102
-    @property
-    def body_z_m(self) -> float: ...  # noqa: D102
-    @property
-    def body_mass_kg(self) -> float: ...  # noqa: D102
-
-
 @dataclass(frozen=True)
 class HandMount:
     """Where a cage hand sits: its side, the palm's link, and the tool frame in the palm's frame."""
@@ -87,7 +52,7 @@ class HandMount:
     palm: str
     position_m: np.ndarray
     rotation: np.ndarray
-    cage: Cage
+    cage: CageHand
 
 
 @dataclass(frozen=True)
@@ -134,8 +99,8 @@ def _fill(body: mujoco.MjsBody, link: Link) -> None:
     body.explicitinertial = True
     body.mass = link.mass_kg
     body.ipos = list(link.com_m)
-    I = inertia_matrix(link)  # noqa: E741
-    body.fullinertia = [I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]]
+    xx, xy, xz, yy, yz, zz = link.inertia
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
 
 
 def _quat(rotation: np.ndarray) -> np.ndarray:
