@@ -197,8 +197,7 @@ def test_references_are_continuous_and_their_rates_are_their_differences() -> No
         step = tick.posture - before
         rate = np.zeros_like(step) if tick.rate is None else tick.rate
         np.testing.assert_allclose(rate * scene.body.tick_s, step, atol=1e-12)
-        # Free moves are limited; 1.6 covers joints that the straight way down must move faster.
-        assert np.abs(step).max() <= 1.6 * PEAK_RATE_RAD_S * scene.body.tick_s
+        assert np.abs(step).max() <= PEAK_RATE_RAD_S * scene.body.tick_s
         before = tick.posture
     scene.do(grip, Grip("left", close=True))
     jaws = np.array([0.0, *(tick.jaws[0] for tick in scene.ticks)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 from dataclasses import dataclass
 
@@ -133,23 +134,29 @@ def hold(arm: Arm, seconds: float, jaws: tuple[float, float]) -> Ticks:
 
 
 def follow_path(arm: Arm, path: np.ndarray, duration_s: float, jaws: tuple[float, float]) -> Ticks:
-    """Stream upper-body postures (rows, n_upper), from rest to rest, starting wherever the reference is now."""
+    """Stream upper-body postures (rows, n_upper), from rest to rest, starting wherever the reference is now.
+
+    Rows get time in proportion to the largest joint change between them, and all of it takes ``duration_s`` or as much
+    longer as keeps every joint below ``PEAK_RATE_RAD_S``: a first row that differs from the reference because the hand
+    was found elsewhere would otherwise be reached in a jerk.
+    """
     rows = np.vstack([arm.body.posture, path])
-    length = len(rows) - 1
+    lengths = np.abs(np.diff(rows, axis=0)).max(axis=1)
+    far = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
+    duration_s = max(duration_s, STRETCH * float(far[-1]) / PEAK_RATE_RAD_S)
     before = rows[0]
-    count = max(1, round(duration_s / arm.body.tick_s))
+    count = max(1, math.ceil(duration_s / arm.body.tick_s))
     for k in range(1, count + 1):
-        place = smooth(k / count) * length
-        row = min(int(place), length - 1)
-        posture = rows[row] + (place - row) * (rows[row + 1] - rows[row])
+        place = smooth(k / count) * far[-1]
+        row = min(int(np.searchsorted(far, place, side="right")) - 1, len(path) - 1)
+        posture = rows[row] + (place - far[row]) / (far[row + 1] - far[row]) * (rows[row + 1] - rows[row])
         yield Tick(posture, (posture - before) / arm.body.tick_s, jaws=jaws)
         before = posture
 
 
 def blend(arm: Arm, goal: np.ndarray, jaws: tuple[float, float], least_s: float = LEAST_BLEND_S) -> Ticks:
     """Move the reference to an upper-body posture (n_upper,), joints in step, no faster than the wrists may."""
-    far = float(np.abs(goal - arm.body.posture).max())
-    yield from follow_path(arm, goal[None, :], max(least_s, STRETCH * far / PEAK_RATE_RAD_S), jaws)
+    yield from follow_path(arm, goal[None, :], least_s, jaws)
 
 
 def home(arm: Arm) -> np.ndarray:
