@@ -38,9 +38,6 @@ _GRIP_SOLREF = [0.004, 1.0]
 # Without a near-rigid friction constraint a loaded wheel creeps: 20 Nm stuck turned 66 degrees at MuJoCo's default.
 _STUCK_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 _SLAB_HALF_M = 0.075
-# The two boxes of a bend overlap and would carry a sole twice, at twice the cost: every second one lies lower by more
-# than a sole sinks in (0.3 mm) and less than a walker notices.
-_SEAM_M = 0.0005
 _SOIL_RGB: Rgb = (0.55, 0.36, 0.24)
 _TILE_RGB: Rgb = (0.62, 0.62, 0.60)
 # Dull colours of rocks, crates and boxes, by kind (assumed): nothing as red or blue as the wheels.
@@ -92,7 +89,7 @@ def _add_ground(spec: mujoco.MjSpec, world: DishWorld) -> None:
         spec.worldbody.add_geom(
             name=f"walkway{number}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=[x, y, -_SLAB_HALF_M - _SEAM_M * (number % 2)],
+            pos=[x, y, -_SLAB_HALF_M],
             quat=_yaw_quat(yaw),
             size=[slab.half_along_m, slab.half_across_m, _SLAB_HALF_M],
             material="tile",
