@@ -1,7 +1,7 @@
 """A scenario's names and values as the parts of the simulator want them.
 
-A new robot or task is its own files and one line in ``ROBOTS`` or ``TASKS`` here, beside its line in ``names.py``
-that says what it is (docs/architecture.md, *How to add*).
+A new task is its own files and one line in ``TASKS``, beside its line in ``names.py`` that says what it is
+(docs/architecture.md, *How to add*).
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
-from teleop_sim.robot.spec import RobotSpec
-from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import LinkDirection, Operator, Scenario, World
 from teleop_sim.world import dish_scorer
@@ -65,11 +63,6 @@ def dish_site(scenario: Scenario, streams: Streams) -> Site:
     world = draw_dish_world(streams, dish_settings(scenario.world))
     return Site(DishScenery(world), partial(DishScore.start, world, time_limit_s=scenario.time_limit_s))
 
-
-ROBOTS: Mapping[str, Callable[[], RobotSpec]] = {
-    "valkyrie": valkyrie,
-}
-"""Name in a scenario to robot."""
 
 TASKS: Mapping[str, Task] = {
     "src-dish": Task(src_dish, dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),

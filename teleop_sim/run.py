@@ -28,8 +28,8 @@ from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.programs.pacing import pacing
+from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.scenarios.objects import (
-    ROBOTS,
     TASKS,
     Site,
     autonomy_level,

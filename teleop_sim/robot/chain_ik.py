@@ -20,8 +20,8 @@ from teleop_sim.robot.clearance import forearm_gap
 from teleop_sim.robot.commands import Side
 from teleop_sim.robot.kinematics import Kinematics
 
-POSITION_TOLERANCE_M = 5e-4
-AXIS_TOLERANCE_RAD = 0.01
+ERROR_TOLERANCE = 5e-4
+"""A search that hardly moves ends within it, [m] and [rad] (assumed: a tenth of what the arm alone may leave)."""
 STEP_LIMIT_RAD = 0.25
 """Assumed: without a limit on the step the search diverges silently."""
 TASK_LIMIT = 0.3
@@ -105,7 +105,7 @@ class ChainIk:
         """Search from ``q`` for at most that many iterations; stop when the hand is there and the posture rests."""
         for _ in range(iterations):
             q, errors, moved = self.step(q, target)
-            if moved < 0.02 and np.abs(errors).max() < POSITION_TOLERANCE_M:
+            if moved < 0.02 and np.abs(errors).max() < ERROR_TOLERANCE:
                 break
         return self.judge(q, target)
 

@@ -16,10 +16,10 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.commands import Side
+from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.spec import RobotSpec
-from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.world.description import Description, Joint, Link, inertia_matrix, rotation_rpy
-from teleop_sim.world.robot_model import HandMount
+from teleop_sim.world.robot_model import HandMount, RobotModel, Shape
 
 SIDES: tuple[Side, Side] = ("left", "right")
 
@@ -34,6 +34,7 @@ class Kinematics:
         soles: frame numbers of left and right sole (origin under the sole box's middle).
         tools: frame numbers of the hands' tool frames, by side.
         torso, legs: joint names. arms: joint names by side, from the shoulder out.
+        trunk, forearms: shapes that plans keep apart, on the last torso joint's link and the fifth arm joint's.
 
     """
 
@@ -47,6 +48,8 @@ class Kinematics:
     torso: tuple[str, ...]
     legs: tuple[str, ...]
     arms: dict[Side, tuple[str, ...]]
+    trunk: Shape
+    forearms: dict[Side, Shape]
 
     def positions(self, names: Sequence[str]) -> np.ndarray:
         """Places of these joints in ``q``; one less is their place in a velocity."""
@@ -74,10 +77,6 @@ class Kinematics:
     def centre_of_mass(self, q: np.ndarray) -> np.ndarray:
         """Of the whole robot, in the world (3,) [m]."""
         return np.array(pin.centerOfMass(self.model, self.data, q))
-
-
-ROBOTS = {"valkyrie": valkyrie}
-"""What can be planned for, by the description's name."""
 
 
 @functools.cache
@@ -112,7 +111,14 @@ def build(spec: RobotSpec) -> Kinematics:
         torso=spec.torso,
         legs=(*spec.legs[0], *spec.legs[1]),
         arms={side: spec.arms[side] for side in SIDES},
+        trunk=_shape_moved_by(spec.torso[-1], spec.model),
+        forearms={side: _shape_moved_by(spec.arms[side][4], spec.model) for side in SIDES},
     )
+
+
+def _shape_moved_by(joint: str, model: RobotModel) -> Shape:
+    link = model.description.joint(joint).child
+    return next(shape for shape in model.shapes if shape.link == link)
 
 
 def _add_joint(model: Any, parent: int, joint: Joint) -> int:
