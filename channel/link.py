@@ -53,23 +53,19 @@ class DirectionSettings:
     blackouts: Schedule = ()
 
     def __post_init__(self) -> None:
-        problems = settings_problems(self.rate_bps, self.delay_s, self.header_bytes, self.blackouts)
-        if problems:
+        if problems := _problems(self):
             raise BadInput(problems)
 
 
-def settings_problems(
-    rate_bps: float, delay_s: float, header_bytes: int, blackouts: Schedule, where: str = ""
-) -> tuple[Problem, ...]:
-    """All that is wrong with the settings; ``where`` (such as ``link.up.``) goes before the name of each."""
-    found: list[Problem] = []
+def _problems(settings: DirectionSettings) -> tuple[Problem, ...]:
+    rate_bps, delay_s, found = settings.rate_bps, settings.delay_s, list[Problem]()
     if not rate_bps > 0.0:
-        found.append(Problem(f"{where}rate_bps", f"a rate of {rate_bps} bit/s delivers nothing", "Give above zero."))
+        found.append(Problem("rate_bps", f"a rate of {rate_bps} bit/s delivers nothing", "Give above zero."))
     if not (math.isfinite(delay_s) and delay_s >= 0.0):
-        found.append(Problem(f"{where}delay_s", f"a delay of {delay_s} s is impossible", "Give zero or more."))
-    if header_bytes < 0:
-        found.append(Problem(f"{where}header_bytes", f"{header_bytes} bytes of header", "Give zero or more."))
-    return (*found, *schedule_problems(blackouts, f"{where}blackouts"))
+        found.append(Problem("delay_s", f"a delay of {delay_s} s is impossible", "Give zero or more."))
+    if settings.header_bytes < 0:
+        found.append(Problem("header_bytes", f"{settings.header_bytes} bytes of header", "Give zero or more."))
+    return (*found, *schedule_problems(settings.blackouts, "blackouts"))
 
 
 @dataclass(frozen=True, slots=True)

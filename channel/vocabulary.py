@@ -19,7 +19,6 @@ from importlib.resources import files
 from typing import Literal
 
 from teleop_sim.channel.codec import BadMessage
-from teleop_sim.core.errors import unknown_name
 
 Side = Literal["left", "right"]
 Frame = Literal["hand", "pelvis"]
@@ -91,18 +90,12 @@ def task1_vocabulary() -> tuple[Word, ...]:
     return tuple(Word(r["kind"], r["example"], int(r["bytes"]), r["effect"]) for r in rows)
 
 
-def task1_events() -> tuple[str, ...]:
-    """Names of the events that only an operator raises in task 1."""
-    return tuple(word.example for word in task1_vocabulary() if word.kind == "event")
-
-
-def parse_chat(text: str, events: tuple[str, ...] | None = None) -> ChatCommand:
+def parse_chat(text: str) -> ChatCommand:
     """What a chat line without its end says.
 
     Args:
-        text: such as ``/RESTART`` or ``*0 1 0.05 0.0 0.0``.
-        events: the names a machine knows; without it any well-formed name passes, because an operator may also
-            send the events that the machine raises itself.
+        text: such as ``/RESTART`` or ``*0 1 0.05 0.0 0.0``. Any well-formed event passes: an operator may also send
+            those that the machine raises itself, and the machine knows its own.
 
     Raises:
         BadMessage: the line says nothing; ``args`` are where, what, hint.
@@ -111,7 +104,7 @@ def parse_chat(text: str, events: tuple[str, ...] | None = None) -> ChatCommand:
     where = f"chat line {text!r}"
     mark, rest = text[:1], text[1:]
     if mark == "/":
-        return _event(text, events, where)
+        return _event(text, where)
     if mark == "*":
         return _nudge(rest, where)
     if mark == "&":
@@ -139,12 +132,9 @@ def format_chat(command: ChatCommand) -> str:
             return "_"
 
 
-def _event(text: str, events: tuple[str, ...] | None, where: str) -> Event:
+def _event(text: str, where: str) -> Event:
     if _EVENT.fullmatch(text) is None:
         raise BadMessage(where, "no event name", "An event is like /RESTART: capitals, digits, underscores.")
-    if events is not None and text not in events:
-        problem = unknown_name(where, text, events)
-        raise BadMessage(where, problem.what, problem.hint)
     return Event(text)
 
 

@@ -7,9 +7,6 @@ from collections.abc import Iterable
 
 from teleop_sim.core.records import OperatorActed, Record
 
-CEILING = 0.70
-"""Utilisation above which people's performance falls: Cummings and Guerlain, Human Factors 49 (2007). Remembered."""
-
 
 def utilisation(records: Iterable[Record], start_s: float, end_s: float, role: str = "supervisor") -> float:
     """Share of ``start_s`` to ``end_s`` in which one role was busy, in [0, 1]; NaN for an empty interval.
