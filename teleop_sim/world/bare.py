@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 
+from teleop_sim.world import contact
 from teleop_sim.world.light import NOON, Light
 from teleop_sim.world.plant import Plant
 
@@ -23,11 +24,10 @@ class BareFloor:
             name="floor",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[20.0, 20.0, 0.1],
-            contype=1,
-            conaffinity=7,
             condim=3,
-            friction=[self.friction, 0.005, 0.0001],
-            solref=[0.01, 1.0],
+            friction=contact.rough(self.friction),
+            solref=contact.SOLE_SOLREF,
+            **contact.WORLD,
         )
 
     def tick(self, plant: Plant, memory: tuple[float, ...]) -> tuple[float, ...]:  # noqa: ARG002

@@ -1,10 +1,7 @@
 """SRC task 1 as a MuJoCo scene: soil, walkway, console with two crank wheels, dish.
 
 World frame: the robot's odometry frame; z = 0 is the walkway's surface, the soil lies at -0.1 m.
-Contacts: everything solid here has contype 1 and conaffinity 6; robot geoms have contype 2, hands contype 4 and both
-conaffinity with bit 1, so the world touches the robot and never itself. MuJoCo takes the *larger* friction of two
-geoms: the robot's soles and hands must have little of their own, so that the values drawn here count.
-Geoms are in group 0, which rays use to leave the robot (group 1) out.
+Who touches whom: ``teleop_sim.world.contact``.
 
 Not modelled: the Martian terrain's unevenness, the rover and all later tasks, the dish controller's integral term (the
 dish is weightless instead, so that it has nothing to hold).
@@ -21,6 +18,7 @@ import mujoco
 import numpy as np
 
 from teleop_sim.world import console as shape
+from teleop_sim.world import contact
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.dish_draw import DishWorld, Range
 
@@ -30,11 +28,6 @@ SOIL_Z_M = -shape.WALKWAY_HEIGHT_M
 PITCH_RANGE_RAD: Range = (-0.2, 1.57)
 """Joint limits of the dish; its yaw has none."""
 
-_SOLID = {"contype": 1, "conaffinity": 6, "group": 0}
-_DECOR = {"contype": 0, "conaffinity": 0, "group": 0, "mass": 0.0}
-# Sole contacts 10 ms, grip contacts 4 ms: both measured to hold (soft grips drop the knob).
-_FLOOR_SOLREF = [0.01, 1.0]
-_GRIP_SOLREF = [0.004, 1.0]
 # Without a near-rigid friction constraint a loaded wheel creeps: 20 Nm stuck turned 66 degrees at MuJoCo's default.
 _STUCK_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 _SLAB_HALF_M = 0.075
@@ -74,7 +67,12 @@ def add_dish_world(spec: mujoco.MjSpec, world: DishWorld) -> None:
 def _add_ground(spec: mujoco.MjSpec, world: DishWorld) -> None:
     for name, rgb in (("soil", _SOIL_RGB), ("tile", _TILE_RGB)):
         spec.add_material(name=name, rgba=[*rgb, 1.0])
-    look = {"friction": [world.floor_friction, 0.005, 0.0001], "condim": 3, "solref": _FLOOR_SOLREF, **_SOLID}
+    look = {
+        "friction": contact.rough(world.floor_friction),
+        "condim": 3,
+        "solref": contact.SOLE_SOLREF,
+        **contact.WORLD,
+    }
     spec.worldbody.add_geom(
         name="soil",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
@@ -109,13 +107,13 @@ def _add_clutter(spec: mujoco.MjSpec, world: DishWorld) -> None:
             quat=_yaw_quat(yaw),
             size=list(thing.half),
             rgba=[*_CLUTTER_RGB[thing.kind], 1.0],
-            friction=[world.floor_friction, 0.005, 0.0001],
-            **_SOLID,
+            friction=contact.rough(world.floor_friction),
+            **contact.WORLD,
         )
 
 
 def _grip(friction: float) -> dict[str, object]:
-    return {"friction": [friction, 0.005, 0.0001], "condim": 4, "solref": _GRIP_SOLREF, **_SOLID}
+    return {"friction": contact.rough(friction), "condim": 4, "solref": contact.GRIP_SOLREF, **contact.WORLD}
 
 
 def _add_console(body: mujoco.MjsBody, friction: float) -> None:
@@ -177,7 +175,7 @@ def _add_dish(spec: mujoco.MjSpec, console: mujoco.MjsBody) -> None:
         pos=[shape.PIVOT_AHEAD_M, 0.0, mast_half],
         size=[0.09, mast_half, 0.0],
         rgba=[0.70, 0.70, 0.70, 1.0],
-        **_SOLID,
+        **contact.WORLD,
     )
     pivot = console.add_body(name="dishPivot", pos=[shape.PIVOT_AHEAD_M, 0.0, shape.PIVOT_HEIGHT_M])
     pivot.explicitinertial, pivot.mass, pivot.inertia = True, 0.82, [0.00073, 0.000598, 0.00057]
@@ -200,7 +198,11 @@ def _add_dish(spec: mujoco.MjSpec, console: mujoco.MjsBody) -> None:
     pitch = spec.joint("dishPitch")
     scale = 180.0 / math.pi if spec.compiler.degree else 1.0
     pitch.limited, pitch.range = mujoco.mjtLimited.mjLIMITED_TRUE, [v * scale for v in PITCH_RANGE_RAD]
-    # Size and place of the bowl are assumed; it looks over the console and up.
+    _add_bowl(dish)
+
+
+def _add_bowl(dish: mujoco.MjsBody) -> None:
+    """Only to be seen: size and place are assumed; it looks over the console and up."""
     dish.add_geom(
         name="bowl",
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -208,7 +210,7 @@ def _add_dish(spec: mujoco.MjSpec, console: mujoco.MjsBody) -> None:
         size=[1.1, 0.03, 0.0],
         quat=[math.cos(-0.45), 0.0, math.sin(-0.45), 0.0],
         rgba=[0.85, 0.85, 0.83, 1.0],
-        **_DECOR,
+        **contact.DECOR,
     )
 
 

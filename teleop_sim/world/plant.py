@@ -14,8 +14,9 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from teleop_sim.world.contact import ROBOT_GROUP
 from teleop_sim.world.light import Light
-from teleop_sim.world.robot_model import ROBOT_GROUP, RobotModel, add_robot
+from teleop_sim.world.robot_model import RobotModel, add_robot
 
 TIMESTEP_S = 0.004
 TICK_S = 0.02

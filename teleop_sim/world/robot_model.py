@@ -1,8 +1,6 @@
 """A robot's description as bodies, joints, shapes and servos of a MuJoCo model.
 
-Collision: geoms of the world have ``contype 1`` and take 2 and 4 in ``conaffinity``; robot bodies and soles have 2 and
-1, hands 4 and 1. So a robot touches the world and nothing of itself. Self-collision is not modelled.
-Contact friction in MuJoCo is the larger of both geoms: the robot's own is small, so the world's decides.
+Who touches whom: ``teleop_sim.world.contact``.
 """
 
 from __future__ import annotations
@@ -12,15 +10,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from teleop_sim.world import contact
 from teleop_sim.world.cage import CageHand
 from teleop_sim.world.description import Description, Link, Vector, rotation_rpy
-
-ROBOT_GROUP = 1
-"""Geom group of the robot: rays of its own sensors leave it out."""
-
-SOLE_SOLREF = (0.01, 1.0)
-GRIP_SOLREF = (0.004, 1.0)
-OWN_FRICTION = (0.05, 0.005, 0.0001)
 
 
 @dataclass(frozen=True)
@@ -116,7 +108,7 @@ def _position_actuator(spec: mujoco.MjSpec, joint: str, kp: float, kv: float, li
     actuator.forcerange = [-limit, limit]
 
 
-_SOLID = {"contype": 2, "conaffinity": 1, "condim": 3, "friction": OWN_FRICTION, "mass": 0.0, "group": ROBOT_GROUP}
+_SOLID = {"condim": 3, "friction": contact.rough(contact.OWN_FRICTION), "mass": 0.0, **contact.ROBOT}
 _GREY = [0.72, 0.76, 0.8, 1.0]
 _DARK = [0.2, 0.2, 0.22, 1.0]
 
@@ -147,7 +139,7 @@ def _add_sole(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: str, description:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=centre,
         size=half,
-        solref=SOLE_SOLREF,
+        solref=contact.SOLE_SOLREF,
         rgba=_DARK,
         **_SOLID,
     )
@@ -162,7 +154,7 @@ def _touch_sensor(spec: mujoco.MjSpec, site: str) -> None:
 
 def _add_hand(spec: mujoco.MjSpec, palm: mujoco.MjsBody, mount: HandMount) -> None:
     cage, side = mount.cage, mount.side
-    solid = {**_SOLID, "contype": 4, "condim": 4, "solref": GRIP_SOLREF, "rgba": _DARK}
+    solid = {**_SOLID, **contact.HAND, "condim": 4, "solref": contact.GRIP_SOLREF, "rgba": _DARK}
     hand = palm.add_body(name=f"{side}Hand", pos=mount.position_m, quat=_quat(mount.rotation))
     hand.add_site(name=f"{side}Tcp")
     hand.add_geom(
