@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from teleop_sim.robot import law
+from teleop_sim.robot import law, law_math
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.valkyrie import valkyrie
@@ -46,7 +46,7 @@ def test_solve_agrees_with_lapack():
     for _ in range(50):
         A, b = rng.normal(size=(6, 6)), rng.normal(size=(6, 4))
         x = b.copy()
-        law.solve(A.copy(), x)
+        law_math.solve(A.copy(), x)
         assert x == pytest.approx(np.linalg.solve(A, b), rel=1e-6, abs=1e-6)
 
 
@@ -71,7 +71,7 @@ def test_the_laws_wrenches_carry_the_base_and_its_accelerations_hold_the_soles(b
     velocity = law.com_velocity(a, g.mass_kg)
     body.set_stand()
     left = law.centre_of_pressure(body.stand, g, memory, a, velocity)
-    Jl, R = np.empty((2, 6, 6)), law.base_rotation(a.qpos)
+    Jl, R = np.empty((2, 6, 6)), law_math.base_rotation(a.qpos)
     qref = data.qpos[a.qposadr[6:]].copy()
     qdd = law.accelerations(body.stand, g, memory, a, qref, zero, velocity, Jl, R)
     full, force = np.zeros(model.nv), np.zeros(model.nv)

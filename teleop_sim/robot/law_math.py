@@ -1,0 +1,72 @@
+"""Small vector algebra for the compiled control law. Written out: no library call may allocate or start a thread."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba.extending import register_jitable
+
+
+@register_jitable
+def solve(A, b):
+    """Gauss elimination with pivoting in place: b becomes the solution of A x = b. Tiny pivots are held at 1e-4."""
+    n, m = A.shape[0], b.shape[1]
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[p, k]):
+                p = i
+        if p != k:
+            for j in range(n):
+                A[k, j], A[p, j] = A[p, j], A[k, j]
+            for j in range(m):
+                b[k, j], b[p, j] = b[p, j], b[k, j]
+        if abs(A[k, k]) < 1e-4:
+            A[k, k] = 1e-4 if A[k, k] >= 0 else -1e-4
+        for i in range(k + 1, n):
+            f = A[i, k] / A[k, k]
+            for j in range(k + 1, n):
+                A[i, j] -= f * A[k, j]
+            for j in range(m):
+                b[i, j] -= f * b[k, j]
+    for j in range(m):
+        for i in range(n - 1, -1, -1):
+            s = b[i, j]
+            for k in range(i + 1, n):
+                s -= A[i, k] * b[k, j]
+            b[i, j] = s / A[i, i]
+
+
+@register_jitable
+def clip(x, low, high):
+    """x kept within [low, high]."""
+    return low if x < low else (high if x > high else x)
+
+
+@register_jitable
+def cross(a, b):
+    """a x b."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+@register_jitable
+def tilt_error(R, c, s):
+    """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
+    e = cross(R[:, 0], np.array([c, s, 0.0])) + cross(R[:, 1], np.array([-s, c, 0.0]))
+    return 0.5 * (e + cross(R[:, 2], np.array([0.0, 0.0, 1.0])))
+
+
+@register_jitable
+def base_rotation(qpos):
+    """Rotation matrix of the free root."""
+    w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
+    R = np.empty((3, 3))
+    R[0, 0] = 1 - 2 * (y * y + z * z)
+    R[0, 1] = 2 * (x * y - w * z)
+    R[0, 2] = 2 * (x * z + w * y)
+    R[1, 0] = 2 * (x * y + w * z)
+    R[1, 1] = 1 - 2 * (x * x + z * z)
+    R[1, 2] = 2 * (y * z - w * x)
+    R[2, 0] = 2 * (x * z - w * y)
+    R[2, 1] = 2 * (y * z + w * x)
+    R[2, 2] = 1 - 2 * (x * x + y * y)
+    return R
