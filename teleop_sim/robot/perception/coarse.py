@@ -17,13 +17,12 @@ from teleop_sim.robot.perception.colours import BLUE, RED, Blob, blobs_of
 from teleop_sim.robot.perception.rays import Floats, Light, Rays, SensorPose
 from teleop_sim.robot.sightings import ConsoleGlimpse
 
-DISPARITY_SD_PX: Final = (
-    0.5  # assumed: block matching at the image's own resolution; half its variance common to a blob
-)
+DISPARITY_SD_PX: Final = 0.5
+"""Assumed: block matching at the image's own resolution; half its variance common to a blob."""
 LEAST_DISPARITY_PX: Final = 0.3  # assumed
 STEREO_PIXELS: Final = 60  # assumed: so many pixels of a blob are matched
 LEAST_MATCHES: Final = 5  # assumed
-STEREO_RANGE_M: Final = 30.0
+STEREO_RANGE_M: Final = 30.0  # assumed: a disparity of 0.4 px
 
 # What two wheels of equal size, 0.4 m apart, can look like: assumed, with room for slant and shade.
 AREA_RATIO: Final = (0.4, 2.5)
@@ -31,9 +30,9 @@ GAP_IN_SIZES: Final = (0.5, 2.2)
 SLANT: Final = 0.9
 SEPARATION_M: Final = (0.1, 0.6)  # across the view; the wheels are 0.4 m apart, seen up to 75 degrees from the side
 WHEEL_Z_M: Final = (0.3, 1.4)  # over the walkway; the wheels are at 0.81 m
-PAIRS_TRIED: Final = 3
+PAIRS_TRIED: Final = 3  # assumed
 AVOID_ACROSS_M: Final = 0.3  # assumed: less than a wheel's separation
-AVOID_ALONG_SHARE: Final = 0.3  # of the range: stereo depth is that vague
+AVOID_ALONG_SHARE: Final = 0.3  # assumed: of the range: stereo depth is that vague
 
 
 def detect(

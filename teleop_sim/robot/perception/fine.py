@@ -32,6 +32,16 @@ KNOB_GAP_M: Final = 0.03
 PLANE_POINTS: Final = 4000
 FIT_POINTS: Final = 900
 FIRST_FIT_POINTS: Final = 400
+FIRST_YAWS_RAD: Final = (-0.25, 0.0, 0.25)
+COARSE_SCALES_M: Final = (0.10, 0.04)
+FINE_SCALES_M: Final = (0.03, 0.015)
+"""Residuals that count, from coarse to fine."""
+WHEEL_SLAB_M: Final = 0.03
+WHEEL_REACH_M: Final = 0.13
+"""Points of a wheel's face are this near its plane and its axis."""
+KNOB_SLAB_M: Final = (0.05, 0.14)
+KNOB_RING_M: Final = (0.06, 0.19)
+"""Points of a knob are this high over the plane and this far from the axis."""
 
 
 def detect(points: Floats, region: Vector, eye: Vector, rng: np.random.Generator) -> tuple[ConsoleFix | None, str]:
@@ -80,9 +90,9 @@ def _console_pose(near: Floats, way: Floats, rng: np.random.Generator) -> tuple[
         return None, "no sloped plane"
     yaw = float(np.arctan2(-plane.normal[1], -plane.normal[0]))
     sample = near[rng.permutation(len(near))[:FIT_POINTS]]
-    starts = np.array([[plane.middle[0], plane.middle[1], known.FOOT_Z_M, yaw + turn] for turn in (-0.25, 0.0, 0.25)])
-    poses, shares = fit_console(sample[:FIRST_FIT_POINTS], starts, (0.10, 0.04), 5)
-    poses, shares = fit_console(sample, poses[[int(np.argmax(shares))]], (0.03, 0.015), 4)
+    starts = np.array([[plane.middle[0], plane.middle[1], known.FOOT_Z_M, yaw + turn] for turn in FIRST_YAWS_RAD])
+    poses, shares = fit_console(sample[:FIRST_FIT_POINTS], starts, COARSE_SCALES_M, 5)
+    poses, shares = fit_console(sample, poses[[int(np.argmax(shares))]], FINE_SCALES_M, 4)
     if shares[0] < LEAST_FIT_SHARE or abs(poses[0, 2] - known.FOOT_Z_M) > FOOT_TOLERANCE_M:
         return None, "shape does not fit"
     return poses[0], "ok"
@@ -94,9 +104,10 @@ def _handle(near: Floats, centre: Floats, yaw: float, eye: Floats) -> tuple[Circ
     off = near - centre
     height, along, across = off @ axis, off @ zero, off @ left
     radius = np.hypot(along, across)
-    if int(((np.abs(height) < 0.03) & (radius < 0.13)).sum()) < LEAST_WHEEL_POINTS:
+    if int(((np.abs(height) < WHEEL_SLAB_M) & (radius < WHEEL_REACH_M)).sum()) < LEAST_WHEEL_POINTS:
         return None, "wheel not seen"
-    over = near[(height > 0.05) & (height < 0.14) & (radius > 0.06) & (radius < 0.19)]
+    slab = (height > KNOB_SLAB_M[0]) & (height < KNOB_SLAB_M[1])
+    over = near[slab & (radius > KNOB_RING_M[0]) & (radius < KNOB_RING_M[1])]
     groups = clusters(over, KNOB_GAP_M)
     if not groups or len(groups[0]) < LEAST_KNOB_POINTS:
         return None, "no knob"

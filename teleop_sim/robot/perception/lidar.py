@@ -27,8 +27,8 @@ HALF_TURN_S: Final = np.pi / SPINDLE_RAD_S
 
 SCANS: Final = round(HALF_TURN_S * SCAN_RATE_HZ)
 REGION_RADIUS_M: Final = 0.75  # the console's wheels and face fit into it
-THIN: Final = 4
-NEAR_AXIS_RAD: Final = np.radians(30.0)
+THIN: Final = 4  # assumed: away from a region one ray in so many is cast
+NEAR_AXIS_RAD: Final = np.radians(30.0)  # assumed: nearer to the axis neighbouring scans crowd
 
 
 @lru_cache(maxsize=1)

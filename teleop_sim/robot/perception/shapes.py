@@ -11,13 +11,19 @@ from teleop_sim.robot.perception.console_model import distance
 from teleop_sim.robot.perception.rays import Floats
 from teleop_sim.world.console import TILT_RAD
 
-TRIES: Final = 300  # assumed: with a tenth of the points on the face 300 triples miss it in 26 %, with a fifth in 9 %
+# All assumed, from the console's size and the LIDAR's noise of 1 cm, unless a line says why.
+TRIES: Final = 300  # with a tenth of the points on the face 300 triples miss it in 26 %, with a fifth in 9 %
 SAMPLE: Final = 400
 SLOPE_TOLERANCE_RAD: Final = 0.1
+FACING_SHARE: Final = 0.3  # cosine between the face's slope and the way to the robot: within 72 degrees
+LEAST_TRIANGLE_M2: Final = 2e-3  # twice the area of a triple: thinner ones have no direction
 # The wheels lie 4 cm over the face: a wider threshold or a looser slope gives a plane through both, 10 degrees wrong.
 PLANE_THRESHOLD_M: Final = 0.015
+LEAST_PLANE_POINTS: Final = 40
 BALL_SCALE_M: Final = 0.015
-STEP: Final = 1e-4
+FIT_SHARE_M: Final = 0.03  # points nearer than this count as on the console
+STEP: Final = 1e-4  # of numerical slopes [m or rad]
+LONGEST_STEP: Final = 0.1  # of one round of a fit [m or rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +51,11 @@ def fit_sloped_plane(points: Floats, towards: Floats, rng: np.random.Generator) 
     triple = few[rng.integers(0, len(few), (TRIES, 3))]
     normal = np.cross(triple[:, 1] - triple[:, 0], triple[:, 2] - triple[:, 0])
     length = np.linalg.norm(normal, axis=1)
-    good = length > 2e-3
+    good = length > LEAST_TRIANGLE_M2
     normal, at = normal[good] / length[good, None], triple[good, 0]
     normal *= np.where(normal[:, 2:] < 0.0, -1.0, 1.0)
     good = np.abs(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)) - TILT_RAD) < SLOPE_TOLERANCE_RAD
-    good &= normal[:, :2] @ towards > 0.3 * np.hypot(normal[:, 0], normal[:, 1])
+    good &= normal[:, :2] @ towards > FACING_SHARE * np.hypot(normal[:, 0], normal[:, 1])
     if not good.any():
         return None
     normal, offset = normal[good], np.einsum("ij,ij->i", normal[good], at[good])
@@ -61,7 +67,7 @@ def fit_sloped_plane(points: Floats, towards: Floats, rng: np.random.Generator) 
 def _polished(points: Floats, normal: Floats, offset: float) -> Plane | None:
     for _ in range(3):
         on = points[np.abs(points @ normal - offset) < PLANE_THRESHOLD_M]
-        if len(on) < 40:
+        if len(on) < LEAST_PLANE_POINTS:
             return None
         middle = on.mean(axis=0)
         normal = np.linalg.eigh((on - middle).T @ (on - middle))[1][:, 0]
@@ -115,5 +121,5 @@ def fit_console(points: Floats, poses: Floats, scales_m: tuple[float, ...], roun
             diagonal = np.einsum("kii->ki", normal)
             damped = normal + (1e-3 * diagonal + 1e-6 * len(points))[:, :, None] * np.eye(4)
             right = np.einsum("kin,kn->ki", slope, weight * error)
-            poses -= np.clip(np.linalg.solve(damped, right[..., None])[..., 0], -0.1, 0.1)
-    return poses, (np.abs(distance(poses, points)) < 0.03).mean(axis=1)
+            poses -= np.clip(np.linalg.solve(damped, right[..., None])[..., 0], -LONGEST_STEP, LONGEST_STEP)
+    return poses, (np.abs(distance(poses, points)) < FIT_SHARE_M).mean(axis=1)

@@ -27,15 +27,17 @@ LEVEL_M: Final = 0.05  # half the walkway's height over the soil: decides betwee
 HEAD_ROOM_M: Final = 2.2  # assumed: what is higher does not stand in a robot's way
 # Scan lines to the side are 0.2 m apart on the ground 4 m away: holes up to twice this are closed.
 CLOSE_CELLS: Final = 3
-STOOD_M: Final = 0.4  # ground that the robot stood on needs no looking at
-CLEARANCES_M: Final = (0.5, 0.35)  # wished for; kept at least
+STOOD_M: Final = 0.4  # assumed: ground that the robot stood on needs no looking at
+CLEARANCES_M: Final = (0.5, 0.35)  # wished for; kept at least (assumed: half a stance and a stride aside)
+FIRST_STEP_M: Final = 0.8  # assumed: from nearer to an edge than it would walk, the robot first steps this far at most
 COARSE_M: Final = 0.1
 ANGLES: Final = 18  # over a quarter turn: at most 2.5 degrees off
 # Least score of a square, as a share of its area: seen walkway less three times seen soil. Measured over 200 views:
 # squares above 0.85 are within 0.4 m of the truth, those below up to 1.2 m off, as they slide into ground not seen.
 SCORE_SHARE: Final = 0.85
 SOIL_WEIGHT: Final = 3.0
-INSET_M: Final = 0.1
+INSET_M: Final = 0.1  # assumed: how far a square may reach over a place where the robot has stood
+NEARLY_BEST_SHARE: Final = 0.005  # assumed: squares worse by this share of the area are averaged with the best
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ def _best_at(
     if top <= 0.0:
         return 0.0, None
     # Squares nearly as good lie around the best: their mean is finer than the cells.
-    at = np.argwhere(score >= top - 0.005 * side * side).mean(axis=0)
+    at = np.argwhere(score >= top - NEARLY_BEST_SHARE * side * side).mean(axis=0)
     x, y = turn @ ((at + 0.5 * side) * COARSE_M - _turned_reach()) + middle
     return top, (float(x), float(y), angle_rad)
 
@@ -174,8 +176,7 @@ def _way(ground: Survey, here: PlanarPose, square: PlanarPose) -> tuple[PlanarPo
     start, goal = grid.cell(here[0], here[1]), grid.cell(square[0], square[1])
     for clearance_m in CLEARANCES_M:
         free = ~gridpath.widen(~safe, clearance_m / CELL_M)
-        # The robot may stand nearer to an edge than it would walk: it first steps to the nearest free place.
-        first = gridpath.nearest(free, start, 0.8 / CELL_M)
+        first = gridpath.nearest(free, start, FIRST_STEP_M / CELL_M)
         last = gridpath.nearest(free, goal, 0.5 * SQUARE_M / CELL_M)
         cells = gridpath.search(free, first, last) if first and last else None
         if cells:
