@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from teleop_sim.robot.law_math import base_rotation, clip, cross, solve, tilt_error
+from teleop_sim.robot.law_math import base_rotation, clip, cross, dot, into, out_of, solve, tilt_error
 
 # Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
 XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, FOOT = 0, 2, 4, 5, 6, 7, 8, 9
@@ -246,9 +246,10 @@ def foot_wrenches(row, a, tau, Rb, left):
     for i in range(2):
         share = max(left if i == 0 else 1 - left, 1e-4)
         r = a.sole[i] - origin
+        # S is r as a cross product; S S' = (r.r) 1 - r r'.
         S[i] = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
         G[:3, :3] += share * np.eye(3)
-        G[3:, 3:] += share * cost * np.eye(3) + share * (S[i] @ S[i].T)
+        G[3:, 3:] += share * (cost + dot(r, r)) * np.eye(3) - share * np.outer(r, r)
         G[3:, :3] += share * S[i]
         G[:3, 3:] += share * S[i].T
     lam = W.copy().reshape(6, 1)
@@ -269,12 +270,12 @@ def carry(F, g, a, Jl, tau):
     hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
     for i in range(2):
         R = a.sole_rotation[i].copy().reshape(3, 3)
-        force, moment = R.T @ F[i, :3], R.T @ F[i, 3:]
+        force, moment = into(R, F[i, :3]), into(R, F[i, 3:])
         if force[2] < 1.0:
             continue
         moment[1] = -clip(-moment[1] / force[2], -hx, hx) * force[2]
         moment[0] = clip(moment[0] / force[2], -hy, hy) * force[2]
-        turned = R @ moment
+        turned = out_of(R, moment)
         for k in range(6):
             for n in range(3):
                 tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]

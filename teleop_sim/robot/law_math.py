@@ -1,4 +1,5 @@
-"""Small vector algebra for the compiled control law. Written out: no library call may allocate or start a thread."""
+"""Small vector algebra for the compiled control law. Written out: linear-algebra libraries round
+differently from one processor to the next."""
 
 from __future__ import annotations
 
@@ -46,6 +47,24 @@ def clip(x, low, high):
 def cross(a, b):
     """a x b."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+@register_jitable
+def dot(a, b):
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@register_jitable
+def into(R, v):
+    """R' v: a world vector in the frame R."""
+    return np.array([dot(R[:, 0], v), dot(R[:, 1], v), dot(R[:, 2], v)])
+
+
+@register_jitable
+def out_of(R, v):
+    """R v: a vector of the frame R in the world."""
+    return np.array([dot(R[0], v), dot(R[1], v), dot(R[2], v)])
 
 
 @register_jitable

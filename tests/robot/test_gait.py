@@ -1,5 +1,7 @@
 """Footsteps and plans: geometry and closed forms."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -31,7 +33,7 @@ def test_a_walk_ends_at_its_goal_with_both_feet_together(path, yaw):
 @given(st.lists(st.tuples(places, places, angles), min_size=1, max_size=4), angles)
 def test_no_step_is_longer_or_turns_further_than_the_gait_allows(path, yaw):
     bodies = [(0.0, 0.0, yaw), *g.walk_bodies((0.0, 0.0, yaw), path, GAIT)]
-    for a, b in zip(bodies, bodies[1:], strict=False):
+    for a, b in pairwise(bodies):
         assert np.hypot(b[0] - a[0], b[1] - a[1]) <= GAIT.stride_m + 1e-9
         assert abs(b[2] - a[2]) <= GAIT.turn_rad + 1e-9
 
