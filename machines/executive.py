@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, cast
+from typing import Any, Literal, cast
 
 import simpy
 
@@ -17,28 +17,10 @@ from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.records import Emit, ModeChanged, Released, Requested, TransitionTaken
 from teleop_sim.machines.counts import Variables
 from teleop_sim.machines.declare import FELL, Autonomy, Edge, Machine
+from teleop_sim.machines.voice import Voice
 
 How = Literal["autonomous", "confirmed", "forced"]
 Wait = Generator[simpy.Event, Any, None]
-
-
-class Voice(Protocol):
-    """What the executive tells the operator; the field site makes messages of it."""
-
-    def transition(self, edge: int, state: str, event: str, next_state: str) -> None:
-        """An outcome was taken; ``edge`` is its place in the machine's table."""
-
-    def mode(self, mode: str) -> None:
-        """The mode changed."""
-
-    def level(self, level: int) -> None:
-        """The autonomy level changed."""
-
-    def request(self, request: int, kind: str, state: str, event: str) -> None:
-        """``confirm`` a suggested event, or ``manual`` help (event empty)."""
-
-    def line(self, text: str) -> None:
-        """A line for the operator to read."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ def test_rates_as_people_write_them(text, rate_bps):
 
 @pytest.mark.parametrize(("text", "time_s"), [("250ms", 0.25), ("3 min", 180.0), ("40µs", 40e-6), ("0s", 0.0)])
 def test_times_as_people_write_them(text, time_s):
+    # One product, rounded once.
     assert parse_time_s(text, "x") == pytest.approx(time_s, rel=1e-15)
 
 

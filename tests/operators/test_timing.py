@@ -40,6 +40,7 @@ def test_lognormal_factor_has_mean_one_and_the_stated_spread(spread):
     weight = weight / weight.sum()
     mean = float(weight @ factors)
     assert mean == pytest.approx(1.0, rel=1e-9)
+    # The root of a difference of squares halves the digits.
     assert math.sqrt(max(0.0, float(weight @ factors**2) - mean**2)) == pytest.approx(spread, abs=1e-6)
 
 

@@ -132,6 +132,7 @@ def test_half_a_turn_leaves_no_gap_in_front():
 
 def test_thinning_keeps_a_quarter_and_shrinks_no_direction_to_nothing():
     keep = lidar.thinned()
+    # 40 of 157 scans are kept near the axis, 271 of 1081 samples elsewhere: 0.2548 and 0.2507.
     assert keep.mean() == pytest.approx(0.25, abs=0.005)
     d, rng = lidar.half_turn_directions()[keep], np.random.default_rng(0)
     probe = rng.normal(size=(300, 3))
@@ -174,6 +175,7 @@ def test_stereo_depth_follows_the_formula():
     assert coarse.depth_error(z, f, np.zeros(3)) == pytest.approx(z)
     small = 1e-6
     slope = (coarse.depth_error(z, f, np.full(3, small)) - z) / small
+    # The next term of the series is z e / (f B): 3e-7 of the first.
     assert slope == pytest.approx(-(z**2) / (f * camera.BASELINE_M), rel=1e-5)
     # A disparity lost altogether leaves a point far away, not behind the camera.
     assert (coarse.depth_error(z, f, np.full(3, -1e3)) == f * camera.BASELINE_M / coarse.LEAST_DISPARITY_PX).all()
