@@ -202,6 +202,7 @@ def make_plan(
             ends.append(at)
     _fill_feet(rows, soles, tick_s)
     rows[:, law.HEIGHT] = com_height_m + ground_z_m
+    _begin_at(rows[:, law.ZMP : law.ZMP + 2], np.array(com, float), counts[0], omega, tick_s)
     rows[:, law.XI : law.XI + 2] = reference_dcm(rows[:, law.ZMP : law.ZMP + 2], omega, tick_s)
     return Plan(rows, omega, tuple(ends))
 
@@ -238,10 +239,22 @@ def _fill_feet(rows: np.ndarray, soles: np.ndarray, tick_s: float) -> None:
     rows[:, law.YAW_RATE] = velocity[:, :, 3].mean(1)
 
 
+def _begin_at(zmp: np.ndarray, com: np.ndarray, first: int, omega: float, tick_s: float) -> None:
+    """Add to the first load shift's ZMP what makes the plan's DCM begin over the centre of mass (2,) at rest.
+
+    It first leans on the swing foot to push the body over, as people do; without it the law would, with a jolt.
+    """
+    u = (np.arange(first) + 0.5) / first
+    push = np.zeros_like(zmp)
+    push[:first] = (u * (1 - u) ** 2)[:, None]
+    missing = com - reference_dcm(zmp, omega, tick_s)[0]
+    zmp += push * missing / reference_dcm(push, omega, tick_s)[0]
+
+
 def reference_dcm(zmp: np.ndarray, omega: float, tick_s: float) -> np.ndarray:
     """DCM (n, 2) that follows a ZMP table (n, 2), constant within each tick, and ends at rest on its last row.
 
-    It need not begin where the robot is: the first load shift is long, and feedback takes the few millimetres.
+    Where it begins follows from the table.
     """
     n = len(zmp)
     decay = np.exp(-omega * tick_s)

@@ -69,6 +69,15 @@ def test_a_plan_keeps_the_zmp_under_the_feet_and_ends_at_rest_between_them():
     assert len(plan.step_ends) == len(steps)
 
 
+def test_a_plan_begins_where_the_body_is():
+    steps = g.steps_along(g.walk_bodies((0.0, 0.0, 0.0), [(1.2, 0.0, 0.0)], GAIT), g.RIGHT, GAIT)
+    com = np.array([0.004, -0.003])
+    plan = g.make_plan(FEET, com, 1.03, 0.0, steps, GAIT, 0.02)
+    assert plan.rows[0, law.XI : law.XI + 2] == pytest.approx(com, abs=1e-12)
+    # To fall towards the standing foot the body first pushes off the other; both soles are 13 cm aside.
+    assert np.abs(plan.rows[:, law.ZMP + 1]).max() <= 0.13 + 1e-9
+
+
 def test_a_swing_foot_starts_and_ends_still_and_on_the_ground():
     steps = (g.Footstep(g.LEFT, 0.3, 0.13, 0.2),)
     rows = g.make_plan(FEET, np.zeros(2), 1.03, 0.0, steps, GAIT, 0.02).rows
