@@ -22,6 +22,9 @@ from teleop_sim.robot.skills import SKILLS
 REST_SPEED = 0.01
 """An episode ends when no degree of freedom is faster [rad/s or m/s] (docs/physics.md: error of freezing)."""
 
+REST_TICKS = 3
+"""So many ticks in a row (assumed)."""
+
 SETTLE_LIMIT_S = 3.0
 """Longest wait for rest; then the plant is frozen as it is."""
 
@@ -135,8 +138,9 @@ def _settle(body: Body, recorder: _Recorder, watch: FallWatch, limit: float) -> 
     if recorder.ticks == 0:
         return True
     body.set_stand()
-    patience = round(SETTLE_LIMIT_S / body.tick_s)
-    while body.speed() > REST_SPEED and patience > 0 and recorder.ticks < limit:
+    patience, still = round(SETTLE_LIMIT_S / body.tick_s), 0
+    # A skill may end at rest, but off the stand that the law now takes up: the first tick of that tells.
+    while still < REST_TICKS and patience > 0 and recorder.ticks < limit:
         patience -= 1
         reference = Tick(body.posture, jaws=body.jaws)
         upright = body.tick(reference)
@@ -145,6 +149,7 @@ def _settle(body: Body, recorder: _Recorder, watch: FallWatch, limit: float) -> 
         if not upright:
             _aftermath(body, recorder, limit)
             return False
+        still = still + 1 if body.speed() <= REST_SPEED else 0
     return True
 
 
