@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from teleop_sim.cli import app
+from teleop_sim.cli_commands import app
 from teleop_sim.cli_options import OPTIONS, scenario_from
 from teleop_sim.cli_progress import PlainLines, live_text
 from teleop_sim.cli_show import result_json, summary_lines
@@ -298,7 +298,7 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
 
 def test_help_imports_nothing_heavy() -> None:
     heavy = "numpy, pandas, matplotlib, scipy, mujoco, pydantic, simpy, numba, pinocchio, casadi"
-    code = f"import sys; import teleop_sim.cli; print([m for m in '{heavy}'.split(', ') if m in sys.modules])"
+    code = f"import sys; import teleop_sim.cli_commands; print([m for m in '{heavy}'.split(', ') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 

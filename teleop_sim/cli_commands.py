@@ -1,0 +1,268 @@
+"""The commands: arguments, exit codes, progress; nothing else.
+
+Exit codes: 0 done, 1 the task failed or ran out of time, 2 bad input, 130 interrupted. Heavy modules are imported
+inside the commands, so that ``--help`` and shell completion answer at once.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from teleop_sim.cli_io import say, warn
+from teleop_sim.core.errors import TeleopError
+
+if TYPE_CHECKING:
+    from teleop_sim.run import RunResult
+    from teleop_sim.scenarios.schema import Scenario
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    name="teleop-sim",
+    help="Simulate low-bandwidth, high-latency teleoperation, with physics under it.",
+    epilog="Exit codes: 0 done, 1 the task failed or ran out of time, 2 bad input, 130 interrupted.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check scenarios.")
+app.add_typer(scenarios_app, name="scenarios")
+
+
+def _complete_scenario(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.library import list_scenarios
+
+    return [name for name in list_scenarios() if name.startswith(incomplete)]
+
+
+def _complete_autonomy(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.names import AUTONOMY
+
+    return [name for name in AUTONOMY if name.startswith(incomplete)]
+
+
+def _complete_pacing(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.names import PACINGS
+
+    return [name for name in PACINGS if name.startswith(incomplete)]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        import teleop_sim
+
+        say(f"teleop-sim {teleop_sim.__version__}")
+        raise typer.Exit(DONE)
+
+
+@app.callback()
+def _all(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    scenario: Annotated[
+        str, typer.Argument(help="Name or path of a scenario.", autocompletion=_complete_scenario, metavar="SCENARIO")
+    ],
+    uplink: Annotated[str | None, typer.Option(help="Rate to the robot, such as 380bps.", metavar="RATE")] = None,
+    downlink: Annotated[str | None, typer.Option(help="Rate back, such as 380kbps.", metavar="RATE")] = None,
+    latency: Annotated[
+        str | None, typer.Option(help="One-way delay of both directions, such as 10s.", metavar="TIME")
+    ] = None,
+    autonomy: Annotated[
+        str | None,
+        typer.Option(help="off, low, high or full.", metavar="LEVEL", autocompletion=_complete_autonomy),
+    ] = None,
+    pacing: Annotated[
+        str | None,
+        typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=_complete_pacing),
+    ] = None,
+    seed: Annotated[str | None, typer.Option(help="Fixes all chance, such as 1.", metavar="N")] = None,
+    time_limit: Annotated[
+        str | None, typer.Option(help="Simulated time after which the run ends, such as 30min.", metavar="TIME")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Directory for the log.", metavar="DIR")] = Path("runs"),
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
+) -> None:
+    """Run SCENARIO once, write its log to DIR/<scenario>_seed<N>.mcap and print how it went.
+
+    An option that is left out is as the scenario says. An older log of the same name is replaced.
+    """
+    given = {
+        "--uplink": uplink,
+        "--downlink": downlink,
+        "--latency": latency,
+        "--autonomy": autonomy,
+        "--pacing": pacing,
+        "--seed": seed,
+        "--time-limit": time_limit,
+    }
+    with _errors_shown():
+        from teleop_sim.cli_options import scenario_from
+
+        chosen = scenario_from(scenario, given, out)
+        result = _watched_run(chosen, out, quiet)
+        _print_result(result, as_json)
+    raise typer.Exit(DONE if result.outcome == "completed" else FAILED)
+
+
+def _watched_run(chosen: Scenario, out: Path, quiet: bool) -> RunResult:
+    from teleop_sim.cli_options import log_path
+    from teleop_sim.cli_progress import watch
+    from teleop_sim.run import run as run_scenario
+
+    log = log_path(out, chosen)
+    older = _written(log)
+    try:
+        with watch(f"{chosen.name} seed {chosen.seed}", quiet) as progress:
+            return run_scenario(chosen, chosen.seed, out, progress=progress)
+    except KeyboardInterrupt:
+        # What is left to do is short, and a second Ctrl-C would only hide where the log is.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        warn(_interrupted(log, older))
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _interrupted(log: Path, older: int | None) -> str:
+    part = log.with_name(log.name + ".part")
+    finished = _written(log) != older
+    if not finished and not part.exists():
+        return "interrupted before anything was logged"
+    return (
+        f"interrupted: {log if finished else part} reads up to the interruption and says that it was interrupted\n"
+        f"  next: teleop-sim report {shlex.quote(str(log if finished else part))}"
+    )
+
+
+def _written(path: Path) -> int | None:
+    """What changes when a file is replaced; None: there is none."""
+    return path.stat().st_ino if path.exists() else None
+
+
+def _print_result(result: RunResult, as_json: bool) -> None:
+    from teleop_sim.cli_show import print_summary, result_json
+
+    if as_json:
+        say(result_json(result))
+    else:
+        print_summary(result)
+
+
+@app.command()
+def report(
+    log: Annotated[Path, typer.Argument(help="A log, such as runs/src-dish_seed1.mcap.", metavar="LOG")],
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the files; left out: beside the log.", metavar="DIR")
+    ] = None,
+) -> None:
+    """Write a timeline picture and the table of states of LOG, and print the table."""
+    with _errors_shown():
+        from teleop_sim.cli_show import print_report
+
+        print_report(log, out)
+
+
+@scenarios_app.command("list")
+def list_command() -> None:
+    """List the scenarios that come with teleop-sim."""
+    with _errors_shown():
+        from teleop_sim.scenarios.files import list_scenarios, load_scenario
+
+        width = max(map(len, list_scenarios()), default=0)
+        for name in list_scenarios():
+            say(f"{name:{width}}  {load_scenario(name).question}")
+
+
+@scenarios_app.command("show")
+def show_command(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="Name or path of a scenario.", autocompletion=_complete_scenario, metavar="NAME"),
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of scenario files instead.")] = False,
+) -> None:
+    """Print a scenario's file, comments and all: a start for one's own."""
+    with _errors_shown():
+        from teleop_sim.scenarios.library import find_scenario, list_scenarios
+
+        if schema:
+            import json
+
+            from teleop_sim.scenarios.files import json_schema
+
+            say(json.dumps(json_schema(), indent=2))
+        elif name is None:
+            warn(f"scenarios show: no name was given\n  Known: {', '.join(list_scenarios())}.")
+            raise typer.Exit(BAD_INPUT)
+        else:
+            say(find_scenario(name).read_text(encoding="utf-8").rstrip("\n"))
+
+
+@scenarios_app.command("check")
+def check_command(files: Annotated[list[str], typer.Argument(help="Scenario files.", metavar="FILE...")]) -> None:
+    """Check scenario files without running them; every problem is printed with its place."""
+    bad = False
+    with _errors_shown():
+        from teleop_sim.scenarios.files import load_scenario
+
+        for file in files:
+            try:
+                load_scenario(file)
+                say(f"{file}: ok")
+            except TeleopError as error:
+                bad = True
+                warn(str(error))
+    raise typer.Exit(BAD_INPUT if bad else DONE)
+
+
+@contextmanager
+def _errors_shown() -> Iterator[None]:
+    """Turn whatever ends a command early into a message and an exit code."""
+    code = BAD_INPUT
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except TeleopError as error:
+        warn(str(error))
+    except UnicodeDecodeError as error:
+        warn(f"not UTF-8: {error}")
+    except OSError as error:
+        warn(f"{error.filename or 'standard output'}: {error.strerror or error}")
+    except MemoryError:
+        warn("out of memory")
+    except KeyboardInterrupt:
+        warn("interrupted")
+        code = INTERRUPTED
+    except Exception as error:
+        if _came_of_interruption(error):
+            warn("interrupted")
+            raise typer.Exit(INTERRUPTED) from None
+        if os.environ.get("TELEOP_SIM_DEBUG"):
+            raise
+        what = f"{type(error).__name__}: {error}"
+        warn(f"internal error: {what}\n  The fault is teleop-sim's. TELEOP_SIM_DEBUG=1 shows where it is.")
+    else:
+        return
+    raise typer.Exit(code)
+
+
+def _came_of_interruption(error: BaseException | None) -> bool:
+    """A compiled module that is interrupted while it is imported turns that into an ImportError of its own."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
