@@ -58,6 +58,7 @@ class Seen:
     depth_m: list[float] = field(default_factory=list)
     slip_m: list[float] = field(default_factory=list)
     gap_m: list[tuple[float, ...]] = field(default_factory=list)
+    stray: set[str] = field(default_factory=set)
 
 
 class Watched(Body):
@@ -103,6 +104,10 @@ class Watched(Body):
         pairs = [("leftFoot_sole", "rightFoot_sole"), ("leftKneePitchLink_capsule", "rightKneePitchLink_capsule")]
         for side in ("left", "right"):
             pairs += [(f"{side}ForearmLink_capsule", "torso_box"), (f"{side}Flange", f"{side}HipPitchLink_capsule")]
+        for a, b in data.contact.geom[: data.ncon]:
+            pair = f"{model.geom(int(a)).name} on {model.geom(int(b)).name}"
+            if "_sole" not in pair and not ("Bar" in pair and ("Knob" in pair or "Stem" in pair)):
+                seen.stray.add(pair)
         fromto = np.zeros(6)
         ids = [(model.geom(a).id, model.geom(b).id) for a, b in pairs]
         seen.gap_m.append(tuple(mujoco.mj_geomDistance(model, data, a, b, 0.5, fromto) for a, b in ids))
@@ -210,9 +215,10 @@ def test_walking_over_friction(friction: float) -> None:
     worst = np.max(errors, axis=0) if errors else np.full(2, np.nan)
     row = (friction, f"{len(upright)}/{len(ended)}", f"{1e3 * worst[0]:.0f}", f"{math.degrees(worst[1]):.1f}")
     table("Walks by floor friction", ("friction", "upright", "worst miss mm", "worst heading deg"), [row])
-    if friction >= 0.2:
+    # The task draws 0.4 to 1.
+    if friction >= 0.3:
         assert len(upright) == len(ended)
-        assert worst[0] < 0.05
+        assert worst[0] < 0.03
     if friction <= 0.05:
         assert len(upright) < len(ended) / 2
     # Whatever falls on a floor this slippery has slid, not tripped.
@@ -234,8 +240,8 @@ def test_freezing_a_robot_that_stands() -> None:
         (name, *np.quantile(values[:, i], (0.5, 0.9, 1.0)) * 1e3) for i, name in ((0, "pelvis mm"), (1, "joint mrad"))
     ]
     table("Moved in 30 s had it not been frozen, 20 walks", ("", "median", "90 %", "worst"), rows)
-    assert values[:, 0].max() < 0.006
-    assert values[:, 1].max() < 0.02
+    assert values[:, 0].max() < 0.003
+    assert values[:, 1].max() < 0.005
 
 
 def test_stopping_in_mid_walk_at_random_instants() -> None:
@@ -297,11 +303,12 @@ class Crank:
     crept_rad: float
 
 
-def put_down(seed: int, side: Side, friction_nm: float) -> tuple[Body, RobotState, CircularAffordance]:
+def put_down(seed: int, side: Side, friction_nm: float) -> tuple[Watched, RobotState, CircularAffordance]:
     """A robot where the programs would stand it, give or take 2 cm and 2 degrees, and the handle as it truly is."""
     settings = DishSettings(wheel_friction_nm=(friction_nm, friction_nm), clutter=(0, 0))
     world = draw_dish_world(lambda name: stream(seed, 0, name), settings)
-    body = Body(valkyrie(), Plant(valkyrie().model, DishScenery(world)))
+    body = Watched(Plant(valkyrie().model, DishScenery(world)))
+    body.looks = False
     plant, left, rng = body.plant, side == "left", np.random.default_rng(seed)
     centre, out = console.wheel_centre(left), 1.0 if left else -1.0
     dx, dy, dyaw = rng.normal(0.0, (0.01, 0.01, 0.02)).clip(-0.02, 0.02)
@@ -383,6 +390,62 @@ def test_cranking_by_wheel_friction(friction_nm: float) -> None:
     if 2.0 <= friction_nm <= 3.0:
         assert good >= 9
         assert max(t.crept_rad for t in trials) < 0.05
+
+
+def test_sanity_figures_of_cranking() -> None:
+    rows: list[tuple[object, ...]] = []
+    for seed in range(1, 7):
+        side: Side = "left" if seed % 2 else "right"
+        signal = "dish_yaw" if side == "left" else "dish_pitch"
+        body, state, handle = put_down(seed, side, 2.5)
+        target = body.status()[signal] + 0.3
+        moved: dict[str, float] = {}
+        follow = Follow(side, handle, -1, signal, target, 0.05)
+        for command in (Reach(side, handle), Grip(side, close=True), follow, Release(side, handle)):
+            before = wheels(body)
+            body.looks = True
+            state = perform(body, command, state, KEY).end
+            body.looks = False
+            moved[type(command).__name__] = float(np.abs(wheels(body) - before).max())
+        seen, model = body.seen, body.plant.model
+        share = np.abs(seen.force) / model.actuator_forcerange[: len(seen.force[0]), 1]
+        names = [model.actuator(i).name for i in range(len(share[0]))]
+        rate = speed_shares(body, names)
+        gap = np.min(seen.gap_m, axis=0)
+        stray = sorted(seen.stray)
+        rows.append(
+            (
+                f"{seed} {side}",
+                f"{share.max():.2f} {names[int(share.max(0).argmax())]}",
+                f"{rate.max():.2f} {names[int(rate.argmax())]}",
+                f"{1e3 * np.abs(seen.track).max():.0f}",
+                f"{1e3 * gap[2::2].min():.0f}",
+                f"{1e3 * gap[3::2].min():.0f}",
+                f"{1e3 * max(seen.depth_m):.1f}",
+                ", ".join(stray) or "none",
+            )
+        )
+        assert share.max() < 0.999
+        assert rate.max() < 1.1
+        # The planner keeps 2 cm and 1 cm for tracking; self-collision is not in the physics.
+        assert gap[2:].min() > 0.005
+        assert not stray
+        assert moved["Reach"] < 0.01
+        assert moved["Release"] < 0.05
+        assert moved["Follow"] > 2.0
+    head = ("seed, hand", "peak torque / limit", "peak speed / limit", "upper body off mrad", "forearm to torso mm")
+    table("Sanity figures of a crank by 170 degrees", (*head, "flange to thigh mm", "depth mm", "stray contacts"), rows)
+
+
+def wheels(body: Body) -> np.ndarray:
+    return np.array([body.plant.angle(name) for name in ("yawWheel", "pitchWheel")])
+
+
+def speed_shares(body: Watched, names: list[str]) -> np.ndarray:
+    """Peak speed of each joint over its limit in the robot's description; jaws have none."""
+    description = body.spec.model.description
+    limits = [math.inf if "Jaw" in name else description.joint(name).velocity_rad_s for name in names]
+    return np.abs(body.seen.velocity).max(0) / np.array(limits)
 
 
 def test_a_stuck_wheel_is_felt_and_never_moves() -> None:
