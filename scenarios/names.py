@@ -1,7 +1,8 @@
 """The names a scenario may use, each with what it stands for.
 
-A new robot or task is one line here and its own file; error messages, shell completion and the JSON Schema follow.
-Policies register themselves in ``teleop_sim.operators.policies``.
+What is made of a name is registered apart, because shell completion reads this file at every key press: robots in
+``teleop_sim.robot.robots``, tasks in ``teleop_sim.scenarios.objects``, policies in ``teleop_sim.operators.policies``. A
+test keeps them alike; error messages and the JSON Schema follow.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from teleop_sim.world.robot_model import RobotModel, add_robot
 
 TIMESTEP_S = 0.004
 TICK_S = 0.02
+GRAVITY_M_S2 = 9.81
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -221,5 +222,5 @@ def _options() -> mujoco.MjSpec:
     option.iterations = 100
     option.ls_iterations = 50
     option.tolerance = 1e-8
-    option.gravity = [0.0, 0.0, -9.81]
+    option.gravity = [0.0, 0.0, -GRAVITY_M_S2]
     return spec

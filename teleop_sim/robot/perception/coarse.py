@@ -14,7 +14,7 @@ import numpy as np
 from teleop_sim.robot.commands import Vector
 from teleop_sim.robot.perception.camera import BASELINE_M, HEIGHT, WIDTH, Image, focal_px, pixel_directions, take
 from teleop_sim.robot.perception.colours import BLUE, RED, Blob, blobs_of
-from teleop_sim.robot.perception.rays import Floats, Light, Rays, SensorPose
+from teleop_sim.robot.perception.rays import Floats, Light, Rays, SensorPose, vector
 from teleop_sim.robot.sightings import ConsoleGlimpse
 
 DISPARITY_SD_PX: Final = 0.5
@@ -81,7 +81,7 @@ def find(
         at_blue = stereo_point(b, rays, pose, rng, size)
         if at_red is None or at_blue is None or not _possible(at_red, at_blue, pose.position, avoid):
             continue
-        return ConsoleGlimpse(_vector(at_red), _vector(at_blue)), "ok"
+        return ConsoleGlimpse(vector(at_red), vector(at_blue)), "ok"
     return None, "pair refused"
 
 
@@ -150,7 +150,3 @@ def stereo_point(
     wrong = depth_error(depth, focal_px(size[0]), error)
     points = pose.position + (directions[seen] * (wrong / directions[seen, 0])[:, None]) @ pose.rotation.T
     return np.asarray(np.median(points, axis=0))
-
-
-def _vector(point: Floats) -> Vector:
-    return float(point[0]), float(point[1]), float(point[2])

@@ -6,6 +6,7 @@ the points that stand over each wheel. Each step can fail, and says so; a region
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from teleop_sim.robot.commands import CircularAffordance, Vector
 from teleop_sim.robot.perception import console_model as known
 from teleop_sim.robot.perception.components import clusters
-from teleop_sim.robot.perception.rays import Floats
+from teleop_sim.robot.perception.rays import Floats, vector
 from teleop_sim.robot.perception.shapes import fit_ball, fit_console, fit_sloped_plane
 from teleop_sim.robot.sightings import ConsoleFix
 from teleop_sim.world import console
@@ -70,7 +71,7 @@ def detect(points: Floats, region: Vector, eye: Vector, rng: np.random.Generator
         if handle is None:
             return None, why
         handles.append(handle)
-    place = (float(pose[0]), float(pose[1]), _wrapped(float(pose[3])))
+    place = (float(pose[0]), float(pose[1]), math.remainder(float(pose[3]), 2.0 * math.pi))
     return ConsoleFix(place, float(pose[2]), handles[0], handles[1]), "ok"
 
 
@@ -119,18 +120,10 @@ def _handle(near: Floats, centre: Floats, yaw: float, eye: Floats) -> tuple[Circ
     ):
         return None, "knob not on its circle"
     return CircularAffordance(
-        _vector(centre),
-        _vector(axis),
-        _vector(zero),
+        vector(centre),
+        vector(axis),
+        vector(zero),
         console.KNOB_ORBIT_M,
         console.KNOB_HEIGHT_M,
         float(np.arctan2(y, x)),
     ), "ok"
-
-
-def _wrapped(angle: float) -> float:
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def _vector(point: Floats) -> Vector:
-    return float(point[0]), float(point[1]), float(point[2])

@@ -13,9 +13,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from teleop_sim.robot.commands import Vector
 from teleop_sim.world.light import Light
 
-__all__ = ["Bools", "Floats", "Ints", "Light", "Rays", "SensorPose", "upright"]
+__all__ = ["Bools", "Floats", "Ints", "Light", "Rays", "SensorPose", "upright", "vector"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -60,6 +61,11 @@ class SensorPose:
 
     rotation: Floats
     position: Floats
+
+
+def vector(point: Floats) -> Vector:
+    """A point (3,) as a tuple."""
+    return float(point[0]), float(point[1]), float(point[2])
 
 
 def upright(mounted: Floats) -> Floats:
