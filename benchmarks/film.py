@@ -27,7 +27,7 @@ from teleop_sim.log.load import Log, load
 from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.objects import dish_settings
-from teleop_sim.world.dish import draw_dish_world
+from teleop_sim.world.dish_draw import draw_dish_world
 from teleop_sim.world.dish_scenery import DishScenery
 from teleop_sim.world.plant import Plant
 
