@@ -34,6 +34,8 @@ def load(path: Path | str) -> Log:
         LogDamaged: there is no such file, it is no log, or not one record in it is whole.
 
     """
+    if Path(path).is_char_device() or Path(path).is_block_device():
+        raise LogDamaged(str(path), "a device, not a log")  # /dev/zero has no end
     try:
         found = scan(Path(path).read_bytes())
     except OSError as error:

@@ -6,13 +6,17 @@ wall clock.
 
 from __future__ import annotations
 
+import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
 from mcap.writer import CompressionType, Writer
 
+from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.records import RECORDS, Record, RunStarted
 from teleop_sim.log.scan import scan
 from teleop_sim.log.schema import SCHEMAS, Schema
@@ -33,6 +37,7 @@ class LogWriter:
     ``.part``.
 
     Raises:
+        BadInput: another run is writing the same log at this moment.
         OSError: the file cannot be created or written.
 
     """
@@ -81,7 +86,7 @@ class LogWriter:
             return
         if not self._stream.closed:
             self._finish()
-        Path(self._stream.name).replace(self.path)
+        self._at.replace(self.path)
         self.part.unlink(missing_ok=True)
         self._done = True
 
@@ -109,7 +114,8 @@ class LogWriter:
             self._done = True
 
     def _open(self, path: Path) -> None:
-        self._stream: IO[bytes] = path.open("wb")
+        self._at = path
+        self._stream: IO[bytes] = _open_alone(path)
         self._cut_here = False
         # Chunks end where this class says, so that it always knows what is in the file. Any: its methods are untyped.
         self._mcap: Any
@@ -122,9 +128,10 @@ class LogWriter:
         if not self._waiting:
             return
         self._cut_here = True
-        for channel, sequence, time_ns, data in self._waiting:
-            self._mcap.add_message(channel, time_ns, data, time_ns, sequence)
-        self._mcap.flush()
+        with self._named():
+            for channel, sequence, time_ns, data in self._waiting:
+                self._mcap.add_message(channel, time_ns, data, time_ns, sequence)
+            self._mcap.flush()
         self._waiting.clear()
         self._waiting_bytes = 0
         self._cut_here = False
@@ -132,10 +139,20 @@ class LogWriter:
     def _finish(self) -> None:
         self._finish_chunk()
         self._cut_here = True
-        self._mcap.finish()
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
-        self._stream.close()
+        with self._named():
+            self._mcap.finish()
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+            self._stream.close()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """A full disk names no file by itself."""
+        try:
+            yield
+        except OSError as error:
+            error.filename = error.filename or str(self._at)
+            raise
 
     def _write_again(self) -> None:
         """Start the file again from its whole chunks and what still waits: the chunk under way was cut."""
@@ -147,6 +164,25 @@ class LogWriter:
 
 
 _MESSAGE_HEADER_BYTES = 31  # opcode, length, channel, sequence and two times: MCAP specification, "Message (op=0x05)"
+
+
+def _open_alone(path: Path) -> IO[bytes]:
+    """Open a file for writing from its start, if no other run has it open: two writers would leave neither's log."""
+    while True:
+        stream = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o666), "wb")
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            stream.close()
+            hint = "Wait for its end, or give another directory or seed."
+            raise BadInput((Problem(str(path), "another run is writing it", hint),)) from None
+        except OSError:  # a file system without locks
+            pass
+        # The run that had it may have finished and renamed it since.
+        if path.exists() and path.stat().st_ino == os.fstat(stream.fileno()).st_ino:
+            stream.truncate()
+            return stream
+        stream.close()
 
 
 def _register(mcap: Writer, schema: Schema) -> int:

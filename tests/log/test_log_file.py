@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from teleop_sim.core.errors import LogDamaged
+from teleop_sim.core.errors import BadInput, LogDamaged
 from teleop_sim.core.records import (
     RECORDS,
     Blackout,
@@ -385,3 +385,48 @@ def test_frames_have_their_columns_even_when_empty(tmp_path, name):
     full = getattr(load(written(tmp_path / "run.mcap", [STARTED, sample])), name)
     assert full.to_dict("records") == [vars(sample)]
     assert list(full.dtypes) == list(empty.dtypes)
+
+
+def test_two_writers_of_one_log_do_not_mix(tmp_path):
+    path = tmp_path / "run.mcap"
+    first = LogWriter(path)
+    with pytest.raises(BadInput, match=r"run\.mcap\.part: another run is writing it"):
+        LogWriter(path)
+    first.write(STARTED)
+    first.close()
+    assert list(load(path).records()) == [STARTED]
+    with LogWriter(path) as second:
+        second.write(STARTED)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
+
+
+def test_what_a_killed_run_left_is_written_over(tmp_path):
+    path = tmp_path / "run.mcap"
+    (tmp_path / "run.mcap.part").write_bytes(b"x" * 1_000_000)
+    with LogWriter(path) as writer:
+        writer.write(STARTED)
+    assert list(load(path).records()) == [STARTED]
+    assert path.stat().st_size < 1_000_000
+
+
+def test_a_full_disk_names_the_file(tmp_path):
+    code = f"""
+import resource
+from pathlib import Path
+from teleop_sim.core.records import ModeChanged
+from teleop_sim.log.writer import LogWriter
+writer = LogWriter(Path({str(tmp_path)!r}) / "run.mcap")
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+try:
+    for i in range(200_000):
+        writer.write(ModeChanged(float(i), str(i * 7919), "normal"))
+except OSError as error:
+    print(error.filename)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == (f"{tmp_path / 'run.mcap.part'}\n", "")
+
+
+def test_a_device_is_no_log():
+    with pytest.raises(LogDamaged, match="a device, not a log"):
+        load("/dev/zero")
