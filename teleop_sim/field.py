@@ -57,6 +57,7 @@ class FieldSite:
         self._send, self._emit = send, emit
         self._memory = Memory()
         self._acting: simpy.Process | None = None
+        self._by_hand: simpy.Process | None = None
         self._under_way: Callable[[float], Record] | None = None
         self._pictures = 0
         self.executive = Executive(env, machine, level, self._start_program, _Voice(env, machine, self._tell), emit)
@@ -107,28 +108,39 @@ class FieldSite:
 
     def _stop(self, text: str) -> None:
         """Bring the robot to rest; the program goes on with what it then finds."""
-        if self._acting is not None and self._acting.is_alive and self._robot.busy:
+        # A program may be waiting for the end of a movement that the operator commanded: it is that one that moves.
+        mover = self._by_hand if _alive(self._by_hand) else self._acting
+        if mover is not None and mover.is_alive and self._robot.busy:
             self._note("stopped", text, "")
-            self._acting.interrupt("stop")
+            mover.interrupt("stop")
         else:
             self._note("ignored", text, "the robot is at rest")
 
     def _direct(self, text: str, command: Look | Nudge | Posture) -> None:
         """A movement that the operator commands himself; only while no program acts."""
-        if self._acting is not None and self._acting.is_alive:
-            self._note("ignored", text, "a program is acting")
+        if _alive(self._acting) or _alive(self._by_hand):
+            self._note("ignored", text, "the robot is acting")
             return
         self._note("direct", text, "")
-        self._acting = self._env.process(self._do_directly(command))
+        self._by_hand = self._env.process(self._do_directly(command))
 
     def _do_directly(self, command: Look | Nudge | Posture) -> Process:
-        try:
-            reply = yield from self._act(command)
-        except (Interrupted, simpy.Interrupt):
-            return FELL, ""
+        reply = yield from self._act(command)
         if reply.outcome == "fell":
             self.executive.fell(reply.cause)
-        return "", ""
+
+    def _let_hand_movement_end(self) -> Process:
+        """Wait for a movement that the operator commanded; an interrupt of the program brings it to rest."""
+        moving = self._by_hand
+        if moving is None or not moving.is_alive:
+            return
+        try:
+            yield moving
+        except simpy.Interrupt:
+            if moving.is_alive:
+                moving.interrupt("stop")
+                yield moving
+            raise
 
     def _note(self, effect: str, command: str, note: str) -> None:
         self._emit(Released(float(self._env.now), 0, command, effect, note))
@@ -136,15 +148,13 @@ class FieldSite:
     # What the machine asks for -------------------------------------------------------------------------------------
 
     def _start_program(self, state: str) -> simpy.Process:
-        before = self._acting
-        self._acting = self._env.process(self._program(state, before))
+        self._acting = self._env.process(self._program(state))
         return self._acting
 
-    def _program(self, state: str, before: simpy.Process | None) -> Process:
+    def _program(self, state: str) -> Process:
         """Drive the state's generator: do each step on the clock and hand it the answer."""
         try:
-            if before is not None and before.is_alive:
-                yield before
+            yield from self._let_hand_movement_end()
             entered_s = float(self._env.now)
             program, answer, note = self._programs[state](self._memory), None, ""
             while True:
@@ -188,7 +198,8 @@ class FieldSite:
             episode = yield from self._robot.do(command)
         except Interrupted as stop:
             now_s, self._under_way = float(self._env.now), None
-            self._emit(ended(now_s, "fell" if self._robot.fallen else "interrupted", str(stop), now_s - start_s))
+            outcome, cause = ("fell", self._robot.fall_cause) if self._robot.fallen else ("interrupted", str(stop))
+            self._emit(ended(now_s, outcome, cause, now_s - start_s))
             raise
         now_s, self._under_way = float(self._env.now), None
         self._emit(ended(now_s, episode.outcome, episode.cause, episode.physics_s))
@@ -220,6 +231,10 @@ class FieldSite:
         self._pictures += 1
         pixels = picture(self._robot.seen(), self._robot.rng(f"robot.show.{self._pictures}"))
         self._tell(msg.encode_image(pixels, *IMAGE_SIZE, IMAGE_QUALITY), "camera image")
+
+
+def _alive(process: simpy.Process | None) -> bool:
+    return process is not None and bool(process.is_alive)
 
 
 class _Voice:

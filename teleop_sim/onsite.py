@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -57,6 +58,8 @@ class RobotOnSite:
         self._names = body.plant.joint_names
         self._pelvis, self._joints = body.plant.pelvis(), body.plant.angles()
         self.score = score
+        self.checkpoint = score.checkpoint
+        self._told = 0
         self.busy = False
         self.fall_cause = ""
         self._changed = env.event()
@@ -139,18 +142,31 @@ class RobotOnSite:
         """Let an episode's time pass, with its samples scored and logged as they come."""
         self.busy = True
         self._poke()
+        self._told = 0
         score, events = self._scored(episode, start_s)
         for at_s, records in self._timeline(episode, start_s, events):
             yield self._env.timeout(max(0.0, at_s - float(self._env.now)))
             for record in records:
                 self._emit(record)
+                self._count(record)
         yield self._env.timeout(max(0.0, start_s + episode.duration_s - float(self._env.now)))
         self._take_over(episode, score)
 
     def _end_of(self, cut: Episode, start_s: float) -> Generator[simpy.Event, Any, None]:
         """The rest of the control tick in which an episode was cut."""
         yield self._env.timeout(max(0.0, start_s + cut.duration_s - float(self._env.now)))
-        self._take_over(cut, self._scored(cut, start_s)[0])
+        score, events = self._scored(cut, start_s)
+        # What the tick of the cut brought to light has not been told yet.
+        for _, scored in events[self._told :]:
+            self._emit(replace(scored, t_s=float(self._env.now)))
+            self._count(scored)
+        self._take_over(cut, score)
+
+    def _count(self, record: Record) -> None:
+        """Keep up with what has been told of the score."""
+        if isinstance(record, Scored):
+            self._told += 1
+            self.checkpoint = record.checkpoint
 
     def _take_over(self, episode: Episode, score: Score) -> None:
         self.score, self._state = score, episode.end
@@ -210,6 +226,7 @@ class RobotOnSite:
                 self.score, seen = self.score.at(now_s, self._pelvis, self._joints)
                 for checkpoint, text in seen:
                     self._emit(Scored(now_s, checkpoint, text))
+                    self.checkpoint = checkpoint
 
 
 def _renamed(episode: Episode, outcome: str, stopped: Episode) -> Episode:
@@ -218,7 +235,8 @@ def _renamed(episode: Episode, outcome: str, stopped: Episode) -> Episode:
         episode.duration_s + stopped.duration_s,
         episode.physics_s + stopped.physics_s,
         outcome,
-        stopped.cause or "stopped by the operator",
+        # Down before the stop: what threw the robot is the cause, not that it already lay there.
+        episode.cause if episode.outcome == "fell" else stopped.cause or "stopped by the operator",
         None,
         stopped.samples,
         stopped.end,

@@ -215,7 +215,7 @@ class _Bench:
         return ended
 
     def _ended(self, result: Result | None) -> RunEnded:
-        now_s, checkpoint, last = float(self.env.now), self.robot.score.checkpoint, self._task.last_checkpoint
+        now_s, checkpoint, last = float(self.env.now), self.robot.checkpoint, self._task.last_checkpoint
         if result is None:
             state = self.field.executive.state
             at = f"in {state}, checkpoint {checkpoint} of {last}"
