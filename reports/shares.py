@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from teleop_sim.core.records import (
     EpisodeEnded,
     OperatorActed,
+    PacketEnded,
     Record,
     Released,
     Requested,
@@ -30,8 +32,9 @@ def where_time_went(records: Iterable[Record]) -> dict[str, float]:
     """Split a run's duration [s] into the keys of ``SHARES``, which add up to ``total_s``.
 
     Every instant counts once, for the first that fits: a skill was under way; a pacing wait; the field site was waiting
-    for an answer, and the operator was at work (``operator_s``) or not (``link_s``: the request or the answer was
-    queueing, being sent or travelling). ``other_s`` is the rest, such as a machine that stands finished.
+    for an answer, and the operator was at work on it (``operator_s``) or not (``link_s``: the request or a command was
+    queueing, being sent or travelling; what the operator does meanwhile holds up nothing). ``other_s`` is the rest,
+    such as a machine that stands finished.
     """
     records = list(records)
     whole = [(0.0, duration_s(records))]
@@ -39,7 +42,8 @@ def where_time_went(records: Iterable[Record]) -> dict[str, float]:
     paced = union((r.start_s, r.t_s) for r in records if isinstance(r, Waited) and r.kind == "pacing")
     pacing = minus(both(whole, paced), robot)
     asking = minus(minus(both(whole, union(asked(records))), robot), pacing)
-    operator = both(asking, union((r.start_s, r.t_s) for r in records if isinstance(r, OperatorActed)))
+    acting = union((r.start_s, r.t_s) for r in records if isinstance(r, OperatorActed))
+    operator = minus(both(asking, acting), union(_on_the_way(records)))
     parts = [length_s(part) for part in (robot, pacing, minus(asking, operator), operator)]
     total_s = length_s(whole)
     return dict(zip((*SHARES, "total_s"), (*parts, max(total_s - sum(parts), 0.0), total_s), strict=True))
@@ -49,6 +53,15 @@ def duration_s(records: Sequence[Record]) -> float:
     """Time at which the run ended, or of the last record of an interrupted run [s]."""
     ends = [r.t_s for r in records if isinstance(r, RunEnded)]
     return ends[-1] if ends else max((r.t_s for r in records), default=0.0)
+
+
+def _on_the_way(records: Sequence[Record]) -> list[Interval]:
+    """When a request was on its way to the operator or a command to the robot, or to where it was lost."""
+    return [
+        (r.sent_s, r.t_s if math.isnan(r.arrived_s) else r.arrived_s)
+        for r in records
+        if isinstance(r, PacketEnded) and (r.direction == "up" or r.topic == "request")
+    ]
 
 
 def asked(records: Sequence[Record]) -> list[Interval]:

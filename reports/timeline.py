@@ -14,13 +14,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from teleop_sim.core.records import Record, RunEnded, RunStarted
-from teleop_sim.core.units import format_time
+from teleop_sim.core.records import Record, Scored
 from teleop_sim.log.load import Log
 from teleop_sim.reports import lanes
+from teleop_sim.reports.captions import settings, title
 from teleop_sim.reports.intervals import Interval
 from teleop_sim.reports.shares import duration_s
 
@@ -48,10 +47,13 @@ SKILL_WORDS = {
     "follow": "follow (turn a handle)",
 }
 WAITS = {"pacing": "#AAAAAA", "for the operator": PINK}
-ACTS = (SKY, BLUE, GREEN, ORANGE, PINK, RED, YELLOW)
+ACTS = {"read": SKY, "decide": BLUE, "send": GREEN}
+OTHER_ACTS = (ORANGE, PINK, RED, YELLOW)
+AXIS_WORDS = "an axis came into or out of tolerance"
+MARKERS = {"dropped": "x", AXIS_WORDS: "|"}
 SENDING, FLYING, QUEUEING, DARK = "#0B3C5D", "#8FC3E8", "#F3E39B", "#C8C8C8"
 
-WIDTH_IN, LEFT_IN, RIGHT_IN, TOP_IN, GAP_IN = 14.0, 2.5, 0.3, 0.55, 0.07
+WIDTH_IN, LEFT_IN, RIGHT_IN, TOP_IN, GAP_IN = 14.0, 2.5, 0.3, 0.72, 0.07
 AXIS_IN, LEGEND_ROW_IN, STATE_IN, LANE_IN = 0.55, 0.23, 0.19, 0.3
 
 
@@ -110,7 +112,12 @@ def _figure(records: Sequence[Record]) -> Figure:
         top_in = box[1] - GAP_IN
     for i, lane in enumerate(legends):
         _legend(figure, lane, (len(legends) - i - 0.5) * LEGEND_ROW_IN / height_in)
-    figure.text(LEFT_IN / WIDTH_IN, 1.0 - 0.12 / height_in, _title(records), va="top", fontsize=10.0, parse_math=False)
+    head = title(records)
+    at = LEFT_IN / WIDTH_IN
+    figure.text(at, 1.0 - 0.12 / height_in, head, va="top", fontsize=10.0, parse_math=False)
+    below_in = 0.12 + 0.18 * (head.count("\n") + 1)
+    words = settings(records)
+    figure.text(at, 1.0 - below_in / height_in, words, va="top", fontsize=8.0, color="#555555", parse_math=False)
     return figure
 
 
@@ -118,7 +125,10 @@ def _lanes(records: Sequence[Record]) -> list[Lane]:
     names, states = lanes.state_bars(records)
     robot, acts = lanes.robot_bars(records), lanes.act_bars(records)
     kinds = sorted({bar.kind for bar in acts})
-    act_colours = {kind: ACTS[i % len(ACTS)] for i, kind in enumerate(kinds)}
+    others = [kind for kind in kinds if kind not in ACTS]
+    # The same colour in every picture, so that pictures can be laid side by side.
+    act_colours = {kind: colour for kind, colour in ACTS.items() if kind in kinds}
+    act_colours |= {kind: OTHER_ACTS[i % len(OTHER_ACTS)] for i, kind in enumerate(others)}
     used = {bar.kind for bar in states}
     modes = {MODE_WORDS.get(m, m): colour for m, colour in MODES.items() if m in used}
     skills = {SKILL_WORDS.get(s, s): colour for s, colour in SKILLS.items() if any(b.kind == s for b in robot)}
@@ -130,7 +140,7 @@ def _lanes(records: Sequence[Record]) -> list[Lane]:
         "blackout": DARK,
     }
     return [
-        Lane("checkpoints", 0.24, lambda ax: _draw_scores(ax, records), {}),
+        Lane("checkpoints", 0.24, lambda ax: _draw_scores(ax, records), _score_words(records)),
         Lane(
             "machine",
             max(STATE_IN * len(names), LANE_IN),
@@ -143,6 +153,13 @@ def _lanes(records: Sequence[Record]) -> list[Lane]:
         _link_lane("uplink", records, {}),
         _link_lane("downlink", records, link),
     ]
+
+
+def _score_words(records: Sequence[Record]) -> dict[str, str]:
+    passed = {r.checkpoint: r.text for r in records if isinstance(r, Scored) and r.text.startswith("checkpoint ")}
+    words = {f"{n} {text.partition(': ')[2]}": GREEN for n, text in sorted(passed.items())}
+    axes = any(isinstance(r, Scored) and not r.text.startswith("checkpoint ") for r in records)
+    return {**words, **({AXIS_WORDS: "#888888"} if axes else {})}
 
 
 def _link_lane(name: str, records: Sequence[Record], legend: Mapping[str, str]) -> Lane:
@@ -263,8 +280,8 @@ def _legend(figure: Figure, lane: Lane, y: float) -> None:
     name = "link" if lane.name == "downlink" else lane.name
     figure.text((LEFT_IN - 0.1) / WIDTH_IN, y, name, ha="right", va="center", color="#555555")
     handles: list[Artist] = [
-        Line2D([], [], color=colour, marker="x", linestyle="", mew=1.3, label=words)
-        if words == "dropped"
+        Line2D([], [], color=colour, marker=MARKERS.get(words, "*"), linestyle="", mew=1.3, label=words)
+        if words in MARKERS or lane.name == "checkpoints"
         else Patch(color=colour, label=words)
         for words, colour in lane.legend.items()
     ]
@@ -280,17 +297,3 @@ def _legend(figure: Figure, lane: Lane, y: float) -> None:
         handleheight=0.8,
         columnspacing=1.6,
     )
-
-
-def _title(records: Sequence[Record]) -> str:
-    started = next((r for r in records if isinstance(r, RunStarted)), None)
-    ended = next((r for r in records if isinstance(r, RunEnded)), None)
-    run = f"{started.scenario}, seed {started.seed}, replicate {started.replicate}" if started else "run"
-    if ended is None:
-        how = f"INTERRUPTED: the log ends at {format_time(duration_s(records))}"
-    elif ended.outcome == "completed":
-        how = f"completed in {format_time(ended.completion_time_s)}"
-    else:
-        how = f"{ended.outcome} at {format_time(ended.t_s)}" + (f": {ended.cause}" if ended.cause else "")
-    lines = wrap(f"{run}: {how}", 130)
-    return "\n".join([*lines[:1], lines[1] + (" ..." if len(lines) > 2 else "")] if len(lines) > 1 else lines)

@@ -13,6 +13,7 @@ from teleop_sim.core.records import (
     EpisodeEnded,
     ModeChanged,
     OperatorActed,
+    PacketEnded,
     Released,
     Requested,
     RunEnded,
@@ -164,6 +165,30 @@ def test_where_time_went_by_hand():
         "other_s": 4.0,
         "total_s": 50.0,
     }
+
+
+def _on_the_way(direction, topic, sent_s, arrived_s):
+    waits = (0.0, 0.0, 0.0, arrived_s - sent_s)
+    return PacketEnded(arrived_s, direction, 0, topic, 6, 48, sent_s, sent_s, arrived_s, *waits, "delivered", "", "")
+
+
+def test_reading_while_the_request_or_the_answer_travels_holds_up_nothing():
+    run = [
+        STARTED,
+        Requested(0.0, 1, "confirm", "A", "e", ""),
+        OperatorActed(9.0, 5.0, "supervisor", "read", 0, "the request has not come yet"),
+        _on_the_way("down", "request", 0.0, 10.0),
+        OperatorActed(13.0, 10.0, "supervisor", "decide", 1, ""),
+        OperatorActed(14.0, 13.0, "supervisor", "send", 1, ""),
+        OperatorActed(20.0, 14.0, "supervisor", "read", 0, "the answer is on its way"),
+        _on_the_way("up", "confirm", 14.0, 24.0),
+        Released(24.0, 1, "confirm", "answered", ""),
+        _on_the_way("down", "mirror", 24.0, 34.0),
+        RunEnded(24.0, "completed", "", 24.0, 1, 1),
+    ]
+    shares = table.where_time_went(run)
+    # One round trip is waited for in full, and the operator for the rest.
+    assert (shares["link_s"], shares["operator_s"]) == (20.0, 4.0)
 
 
 TIMES = st.floats(0.0, 100.0)
