@@ -20,12 +20,10 @@ from teleop_sim.channel.codec import (
     unpack_pose,
 )
 from teleop_sim.channel.message import LEVEL_MAX, UINT8_MAX, UINT16_MAX, Counts, Message, body_of, index_of, message
+from teleop_sim.core.records import MODES
 
 RequestKind = Literal["confirm", "manual"]
 HandleName = Literal["pitch", "yaw"]
-
-MODES = ("normal", "auto", "manual", "not_recoverable")
-"""The machine's modes; ``ModeIs`` sends the index."""
 
 REQUEST_KINDS: tuple[RequestKind, ...] = ("confirm", "manual")
 HANDLES: tuple[HandleName, ...] = ("pitch", "yaw")

@@ -11,7 +11,6 @@ from __future__ import annotations
 from teleop_sim.channel.codec import BadMessage
 from teleop_sim.channel.down_messages import (
     HANDLES,
-    MODES,
     REQUEST_KINDS,
     HandleName,
     HandlePose,
@@ -27,6 +26,7 @@ from teleop_sim.channel.down_messages import (
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
 from teleop_sim.channel.up_messages import Chat, Confirm, Reject, SetLevel, StopAll
 from teleop_sim.core.errors import UnknownName
+from teleop_sim.core.records import MODES
 
 __all__ = [
     "HANDLES",

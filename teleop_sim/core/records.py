@@ -11,6 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar, dataclass_transform
 
+MODES = ("normal", "auto", "manual", "not_recoverable")
+"""Modes of the machine, from best to worst."""
+
 
 @dataclass(frozen=True)
 class Record:

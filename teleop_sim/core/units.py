@@ -52,6 +52,15 @@ def _parse(text: str, where: str, units: dict[str, float], example: str) -> floa
     return value
 
 
+def format_rate(rate_bps: float) -> str:
+    """Text for people: ``380 bit/s``, ``4 kbit/s``, ``2 Mbit/s``."""
+    for scale, unit in ((1e9, "Gbit/s"), (1e6, "Mbit/s"), (1e3, "kbit/s")):
+        # What four digits would round up to 10000 of a unit is one of the next.
+        if rate_bps >= 0.99995 * scale:
+            return f"{rate_bps / scale:.4g} {unit}"
+    return f"{rate_bps:.4g} bit/s"
+
+
 def format_time(time_s: float) -> str:
     """Text for people: ``250 ms``, ``12.3 s``, ``4 min 45 s``; ``never`` for what is no time."""
     if not math.isfinite(time_s):

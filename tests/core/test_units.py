@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teleop_sim.core.errors import BadInput
-from teleop_sim.core.units import RATE_UNITS, TIME_UNITS, format_time, parse_rate_bps, parse_time_s
+from teleop_sim.core.units import RATE_UNITS, TIME_UNITS, format_rate, format_time, parse_rate_bps, parse_time_s
 
 # Far from the ends of a double, so that no unit over- or underflows.
 numbers = st.floats(1e-290, 1e290)
@@ -69,6 +69,15 @@ def test_any_text_is_a_quantity_or_bad_input(text):
             continue
         assert math.isfinite(value)
         assert value >= 0.0
+
+
+@given(st.floats(1.0, 1e12))
+def test_a_formatted_rate_reads_back_to_four_digits(rate_bps):
+    number, unit = format_rate(rate_bps).split(" ")
+    assert "e" not in number
+    scale = {"bit/s": 1.0, "kbit/s": 1e3, "Mbit/s": 1e6, "Gbit/s": 1e9}[unit]
+    # Half a unit of the fourth digit.
+    assert float(number) * scale == pytest.approx(rate_bps, rel=0.0005)
 
 
 @given(st.floats(1e-6, 119.0))
