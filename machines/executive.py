@@ -100,6 +100,7 @@ class Executive:
         self._entered_s, self._waited_s = 0.0, 0.0
         self._answer: _Answer | None = None
         self._fallen: str | None = None
+        self._gave_up = ""
         self._called = env.event()
 
     # Commands that have arrived
@@ -241,6 +242,8 @@ class Executive:
             )
         )  # fmt: skip
         self._voice.transition(self.machine.edge_index(edge.state, edge.event), edge.state, edge.event, edge.next_state)
+        if edge.kind == "failed" and self.machine.state(edge.next_state).manual:
+            self._gave_up = f" after {edge.state} {edge.event}" + f": {taken.note}" * bool(taken.note)
         self.state = edge.next_state
 
     def _result(self, last: _Taken | None) -> Result:
@@ -249,7 +252,7 @@ class Executive:
             return Result("failed", self._fallen, self.round_trips)
         if last is None or last.edge.kind != "command":
             return Result("completed", "", self.round_trips)
-        return Result("failed", f"ended by the operator in {last.edge.state}", self.round_trips)
+        return Result("failed", f"ended by the operator in {last.edge.state}{self._gave_up}", self.round_trips)
 
     # Helpers
 

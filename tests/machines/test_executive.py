@@ -198,7 +198,7 @@ def test_the_attempt_after_the_last_retry_fails(limit):
     result = site.run()
     assert site.events() == ["retry"] * limit + ["failed", "stop"]
     assert [r.retries for r in site.of(TransitionTaken)][:-1] == list(range(1, limit + 2))
-    assert (result.outcome, result.cause) == ("failed", "ended by the operator in help")
+    assert (result.outcome, result.cause) == ("failed", "ended by the operator in help after work failed: after 1.0 s")
     assert result.round_trips == 1
 
 
