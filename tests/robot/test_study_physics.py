@@ -336,7 +336,7 @@ def crank(seed: int, friction_nm: float, sigma_m: float, turn_rad: float = 2.0) 
     side: Side = "left" if seed % 2 else "right"
     name, signal = ("yawWheel", "dish_yaw") if side == "left" else ("pitchWheel", "dish_pitch")
     body, state, handle = put_down(seed, side, friction_nm)
-    wrong = np.array(handle.centre) + np.random.default_rng(seed).normal(0.0, sigma_m, 3)
+    wrong = np.array(handle.centre) + np.random.default_rng((seed, 1)).normal(0.0, sigma_m, 3)
     seen = replace(handle, centre=(float(wrong[0]), float(wrong[1]), float(wrong[2])))
     sign = 1 if side == "right" or seed % 4 == 1 else -1
     target = body.status()[signal] + sign * turn_rad * console.DISH_PER_WHEEL
@@ -344,10 +344,10 @@ def crank(seed: int, friction_nm: float, sigma_m: float, turn_rad: float = 2.0) 
     for command in (Reach(side, seen), Grip(side, close=True), Follow(side, seen, -sign, signal, target, 0.05)):
         episode = perform(body, command, state, KEY)
         state = episode.end
-        if isinstance(command, Grip):
-            felt = episode.outcome
         if isinstance(command, Follow):
             followed = episode.outcome
+        else:
+            felt = episode.outcome
         if episode.outcome not in ("reached", "felt"):
             break
     body.load(state)
