@@ -14,9 +14,14 @@ from teleop_sim.robot.skill import Done, Motion, Tick
 LEFTOVER_S = 3.0
 """Time given to a body stopped in mid-step to come to rest."""
 
+STAGGER_M = 0.1
+STAGGER_RAD = 0.2
+"""Feet further than this from side by side are squared before a walk (assumed; walks end within 2 cm and 0.02 rad)."""
+
 
 def walk(body: Body, command: Walk, _: np.random.Generator) -> Motion:
     """Walk along the path. Ends ``reached``, with the error to the goal in metres as data."""
+    yield from _square(body)
     here = g.body_between(body.feet())
     bodies = g.walk_bodies(here, command.path, body.spec.gait)
     turn = g.wrap(bodies[0][2] - here[2]) if bodies else 0.0
@@ -28,6 +33,7 @@ def walk(body: Body, command: Walk, _: np.random.Generator) -> Motion:
 def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
     """Move the stance in the robot's own frame, then turn on the spot."""
     gait = body.spec.gait
+    yield from _square(body)
     here = g.body_between(body.feet())
     if abs(command.forward_m) + abs(command.left_m) > 1e-6:
         bodies = g.shift_bodies(here, command.forward_m, command.left_m, gait)
@@ -36,6 +42,25 @@ def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
     if abs(command.turn_rad) > 1e-6:
         bodies = g.turn_bodies(g.body_between(body.feet()), command.turn_rad, gait)
         yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(command.turn_rad), gait))
+    return Done("reached")
+
+
+def _square(body: Body) -> Motion:
+    """Bring the foot behind beside the other, if a stop has left a stride or a turn between them.
+
+    A first stride from there can be twice as long as the gait allows: one of 40 walks after a stop fell (measured).
+    """
+    feet, width_m = body.feet(), body.spec.gait.width_m
+    x, y, yaw = g.body_between(feet)
+    ahead = [np.cos(yaw) * (foot[0] - x) + np.sin(yaw) * (foot[1] - y) for foot in feet]
+    lead = int(np.argmax(ahead))
+    # The body over the foot in front, and from there the place of the other.
+    over = g.sole_place(feet[lead], 1 - lead, width_m)
+    beside = g.sole_place((over.x, over.y, over.yaw), 1 - lead, width_m)
+    behind = feet[1 - lead]
+    far_m = np.hypot(behind[0] - beside.x, behind[1] - beside.y)
+    if far_m > STAGGER_M or abs(g.wrap(behind[2] - beside.yaw)) > STAGGER_RAD:
+        yield from _follow_plan(body, (beside,))
     return Done("reached")
 
 
