@@ -4,6 +4,8 @@ import sys
 
 import teleop_sim
 
+if len(sys.argv) != 2:
+    sys.exit("usage: python examples/read_a_log.py LOG, such as runs/src-dish_seed1.mcap")
 log = teleop_sim.load(sys.argv[1])
 
 print("The run")

@@ -76,7 +76,7 @@ def robot_bars(records: Sequence[Record]) -> list[Bar]:
 def wait_bars(records: Sequence[Record]) -> list[Bar]:
     """One bar a pacing wait (row 0), one a wait for the operator (row 1)."""
     paced = [Bar(r.start_s, r.t_s, "pacing") for r in records if isinstance(r, Waited) and r.kind == "pacing"]
-    return paced + [Bar(start_s, end_s, "for the operator", 1) for start_s, end_s in asked(records)]
+    return paced + [Bar(start_s, end_s, "for an answer", 1) for start_s, end_s in asked(records)]
 
 
 def act_bars(records: Sequence[Record]) -> list[Bar]:

@@ -153,6 +153,9 @@ def _table_row(name: str, entries: Sequence[_Entry]) -> TableRow:
 
 HEADINGS = ("State", "NE %", "AR %", "MR %", "#AR", "time s", "paper NE %", "AR %", "MR %", "#AR", "time s")
 
+NARROW = (0, 4, 5, 10)
+NARROW_NOTE = "#AR: retries. A wider terminal and the report's files have all columns."
+
 
 def _cells(row: TableRow) -> tuple[str, ...]:
     def shown(of: TableRow | PaperRow) -> tuple[str, ...]:
@@ -169,18 +172,23 @@ def _total(rows: Sequence[TableRow]) -> tuple[str, ...]:
     return ("Sum", "", "", "", str(sum(r.retries for r in rows)), f"{ours:.1f}", "", "", "", *theirs)
 
 
-def rich_table(rows: Sequence[TableRow]) -> Table:
-    """The table for a terminal."""
+def rich_table(rows: Sequence[TableRow], narrow: bool = False) -> Table:
+    """The table for a terminal; ``narrow``: only retries and times, for one of 40 columns."""
     from rich.table import Table
 
     runs = max((r.runs for r in rows), default=0)
     title = f"Per state, {runs} run{'s' if runs != 1 else ''}; right: the WPI paper's Table II, task 1, 10 runs"
-    table = Table(title=title, caption=NOTE, caption_justify="left", show_footer=True)
-    for i, (heading, foot) in enumerate(zip(HEADINGS, _total(rows), strict=True)):
+    caption = NARROW_NOTE if narrow else NOTE
+    table = Table(title=title, caption=caption, caption_justify="left", show_footer=True)
+    headings = {**dict(enumerate(HEADINGS)), **({10: "paper"} if narrow else {})}
+    total = _total(rows)
+    columns = NARROW if narrow else tuple(range(len(HEADINGS)))
+    for i in columns:
         style = "dim" if i > 5 else None
-        table.add_column(heading, foot, justify="right" if i else "left", no_wrap=True, style=style)
+        table.add_column(headings[i], total[i], justify="right" if i else "left", no_wrap=True, style=style)
     for row in rows:
-        table.add_row(*_cells(row))
+        cells = _cells(row)
+        table.add_row(*(cells[i] for i in columns))
     return table
 
 

@@ -46,7 +46,7 @@ SKILL_WORDS = {
     "hand": "reach, grip, release, nudge",
     "follow": "follow (turn a handle)",
 }
-WAITS = {"pacing": "#AAAAAA", "for the operator": PINK}
+WAITS = {"pacing": "#AAAAAA", "for an answer": PINK}
 ACTS = {"read": SKY, "decide": BLUE, "send": GREEN}
 OTHER_ACTS = (ORANGE, PINK, RED, YELLOW)
 AXIS_WORDS = "an axis came into or out of tolerance"

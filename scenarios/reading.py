@@ -11,6 +11,7 @@ from teleop_sim.core.errors import Problem
 from teleop_sim.scenarios.places import Place, Places, find_places
 
 _AT = re.compile(r"(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)\Z", re.DOTALL)
+_TOO_LONG = re.compile(r"[\d_]{4300}")
 _MOST_PROBLEMS = 20
 
 
@@ -65,7 +66,8 @@ def _read_on(text: str, where: str, places: Places) -> Text:
 def _mistake(error: ValueError, lines: list[str]) -> tuple[str, Place]:
     found = _AT.match(str(error))
     if found is None:
-        return "a whole number has too many digits", Place(1, 1)
+        line = next((i for i, text in enumerate(lines) if _TOO_LONG.search(text)), 0)
+        return "a whole number has too many digits", Place(line + 1, 1)
     if found[2] is None:
         return found[1], Place(len(lines), len(lines[-1]) + 1)
     return found[1], Place(int(found[2]), int(found[3]))

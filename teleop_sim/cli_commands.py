@@ -111,7 +111,7 @@ def run(
         "--seed": seed,
         "--time-limit": time_limit,
     }
-    with _errors_shown():
+    with errors_shown():
         from teleop_sim.cli_options import scenario_from
 
         chosen = scenario_from(scenario, given, out)
@@ -170,7 +170,7 @@ def report(
     ] = None,
 ) -> None:
     """Write a timeline picture and the table of states of LOG, and print the table."""
-    with _errors_shown():
+    with errors_shown():
         from teleop_sim.cli_show import print_report
 
         print_report(log, out)
@@ -179,7 +179,7 @@ def report(
 @scenarios_app.command("list")
 def list_command() -> None:
     """List the scenarios that come with teleop-sim."""
-    with _errors_shown():
+    with errors_shown():
         from teleop_sim.scenarios.files import list_scenarios, load_scenario
 
         width = max(map(len, list_scenarios()), default=0)
@@ -196,7 +196,7 @@ def show_command(
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of scenario files instead.")] = False,
 ) -> None:
     """Print a scenario's file, comments and all: a start for one's own."""
-    with _errors_shown():
+    with errors_shown():
         from teleop_sim.scenarios.library import find_scenario, list_scenarios
 
         if schema:
@@ -216,7 +216,7 @@ def show_command(
 def check_command(files: Annotated[list[str], typer.Argument(help="Scenario files.", metavar="FILE...")]) -> None:
     """Check scenario files without running them; every problem is printed with its place."""
     bad = False
-    with _errors_shown():
+    with errors_shown():
         from teleop_sim.scenarios.files import load_scenario
 
         for file in files:
@@ -230,7 +230,7 @@ def check_command(files: Annotated[list[str], typer.Argument(help="Scenario file
 
 
 @contextmanager
-def _errors_shown() -> Iterator[None]:
+def errors_shown() -> Iterator[None]:
     """Turn whatever ends a command early into a message and an exit code."""
     code = BAD_INPUT
     try:

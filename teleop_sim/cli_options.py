@@ -32,7 +32,8 @@ def _whole(text: str, where: str) -> object:
     try:
         return int(text)
     except ValueError:
-        raise BadInput((Problem(where, f"{text!r} is not a whole number", "Give one, such as 1."),)) from None
+        shown = repr(text if len(text) <= 40 else f"{text[:37]}...")
+        raise BadInput((Problem(where, f"{shown} is not a whole number", "Give one, such as 1."),)) from None
 
 
 OPTIONS = (
@@ -73,7 +74,7 @@ def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path)
         scenario = load_scenario(name_or_path, values, labels)
     except BadInput as error:
         problems += error.problems
-    problems += _out_problems(out, scenario)
+    problems += _log_problems(out, scenario)
     if problems or scenario is None:
         # One option may set two keys: say it once.
         raise BadInput(tuple(dict.fromkeys(problems)))
@@ -85,12 +86,21 @@ def log_path(out: Path, scenario: Scenario) -> Path:
     return out / f"{scenario.name}_seed{scenario.seed}.mcap"
 
 
-def _out_problems(out: Path, scenario: Scenario | None) -> list[Problem]:
+def out_problems(out: Path) -> list[Problem]:
+    """What keeps a directory from being made or written to."""
+    dangling = next((path for path in (out, *out.parents) if path.is_symlink() and not path.exists()), None)
+    if dangling is not None:
+        return [Problem("--out", f"{dangling} is a link that leads nowhere", "Give another directory.")]
     nearest = next((path for path in (out, *out.absolute().parents) if path.exists()), Path("/"))
     if not nearest.is_dir():
-        return [Problem("--out", f"{nearest} is not a directory", "Give a directory for the log.")]
+        return [Problem("--out", f"{nearest} is not a directory", "Give a directory.")]
     if not os.access(nearest, os.W_OK | os.X_OK):
-        return [Problem("--out", f"{nearest} cannot be written to", "Give another directory for the log.")]
-    if scenario is not None and log_path(out, scenario).is_dir():
-        return [Problem("--out", f"{log_path(out, scenario)} is a directory", "Move it: the log goes there.")]
+        return [Problem("--out", f"{nearest} cannot be written to", "Give another directory.")]
     return []
+
+
+def _log_problems(out: Path, scenario: Scenario | None) -> list[Problem]:
+    problems = out_problems(out)
+    if not problems and scenario is not None and log_path(out, scenario).is_dir():
+        return [Problem("--out", f"{log_path(out, scenario)} is a directory", "Move it: the log goes there.")]
+    return problems

@@ -13,6 +13,8 @@ from teleop_sim.core.units import format_time
 if TYPE_CHECKING:
     from teleop_sim.run import Progress
 
+_STARTING = "starting; the first run after an installation compiles for half a minute"
+
 Watch = Callable[["Progress"], None]
 
 
@@ -25,6 +27,7 @@ def watch(title: str, quiet: bool) -> Iterator[Watch | None]:
         with _live(title) as show:
             yield show
     else:
+        warn(f"{title}: {_STARTING}")
         yield PlainLines(title, warn)
 
 
@@ -59,21 +62,21 @@ def _live(title: str) -> Iterator[Watch]:
     from rich.text import Text
 
     # Its thread draws eight times a second, however often the run reports.
-    with Live(Text(title), console=Console(stderr=True), refresh_per_second=8, transient=True) as live:
+    with Live(
+        Text(f"{title}: {_STARTING}"), console=Console(stderr=True), refresh_per_second=8, transient=True
+    ) as live:
         yield lambda now: live.update(Text(live_text(title, now)))
 
 
 def live_text(title: str, now: Progress) -> str:
-    """Four lines: the clock, the state and its mode, the link, what is going on."""
+    """The clock, the state and its mode, the link, and what is going on if the run says."""
     up, down = (f"{_bar(use)} {_percent(use)}" for use in (now.up_use, now.down_use))
-    return "\n".join(
-        (
-            f"{title}   {now.t_s:8.1f} s of simulated time, limit {format_time(now.time_limit_s)}",
-            f"  state  {now.state} ({now.mode})",
-            f"  link   up {up}   down {down}",
-            f"  now    {now.note}",
-        )
-    )
+    lines = [
+        f"{title}   {now.t_s:8.1f} s of simulated time, limit {format_time(now.time_limit_s)}",
+        f"  state  {now.state} ({now.mode})",
+        f"  link   up {up}   down {down}",
+    ]
+    return "\n".join([*lines, f"  now    {now.note}"] if now.note else lines)
 
 
 def _bar(share: float) -> str:

@@ -14,9 +14,13 @@ from rich.console import Console
 from rich.measure import Measurement
 
 from teleop_sim.cli_io import forget_reader
+from teleop_sim.cli_options import out_problems
+from teleop_sim.core.errors import BadInput
 from teleop_sim.core.units import format_time
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from teleop_sim.core.records import Record
     from teleop_sim.run import RunResult
 
@@ -77,6 +81,7 @@ def print_report(log: Path, out: Path | None) -> None:
     """Write the report of a log and print its tables and the files' paths.
 
     Raises:
+        BadInput: the files cannot go to ``out``.
         LogDamaged: the log cannot be read.
         OSError: a file cannot be written.
 
@@ -85,6 +90,9 @@ def print_report(log: Path, out: Path | None) -> None:
     from teleop_sim.reports.page import write_report
 
     opened = load(log)
+    problems = out_problems(log.parent if out is None else out)
+    if problems:
+        raise BadInput(tuple(problems))
     paths = write_report(log, out)
     paper = _Paper()
     _print_tables(paper, list(opened.records()))
@@ -97,8 +105,21 @@ def print_report(log: Path, out: Path | None) -> None:
 def _print_tables(paper: Console, records: list[Record]) -> None:
     from teleop_sim.reports.table import rich_shares, rich_table, state_table, where_time_went
 
-    states = rich_table(state_table([records]))
-    if paper.width < Measurement.get(paper, paper.options.update(max_width=_WIDTH_OF_A_FILE), states).maximum:
-        states.box, states.padding, states.pad_edge = None, (0, 1, 0, 0), False
+    rows = state_table([records])
+    states = rich_table(rows)
+    if not _fits(paper, states):
+        states = _plain_ruled(states)
+    if not _fits(paper, states):
+        states = _plain_ruled(rich_table(rows, narrow=True))
     paper.print(states)
     paper.print(rich_shares(where_time_went(records)))
+
+
+def _fits(paper: Console, table: Table) -> bool:
+    options = paper.options.update(max_width=_WIDTH_OF_A_FILE)
+    return Measurement.get(paper, options, table).maximum <= paper.width
+
+
+def _plain_ruled(table: Table) -> Table:
+    table.box, table.padding, table.pad_edge = None, (0, 1, 0, 0), False
+    return table

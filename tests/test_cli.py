@@ -4,15 +4,18 @@ import json
 import math
 import os
 import re
+import shlex
+import signal
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
-from teleop_sim.cli_commands import app
+from teleop_sim.cli_commands import app, errors_shown
 from teleop_sim.cli_options import OPTIONS, scenario_from
 from teleop_sim.cli_progress import PlainLines, live_text
 from teleop_sim.cli_show import result_json, summary_lines
@@ -200,10 +203,72 @@ def test_an_output_directory_that_cannot_be_is_refused_before_anything_runs(tmp_
     assert "--out" in refusals(tmp_path)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_an_output_directory_that_may_not_be_written_is_refused(tmp_path: Path) -> None:
-    tmp_path.chmod(0o500)
-    assert "--out" in refusals(tmp_path)
+def test_an_output_directory_that_may_not_be_made_is_refused_and_nothing_runs(tmp_path: Path) -> None:
+    closed = tmp_path / "closed"
+    if os.geteuid() == 0:  # root may write into every directory, but not below a file
+        closed.write_text("")
+    else:
+        closed.mkdir(mode=0o500)
+    assert "--out" in refusals(closed / "out")
+    code, out, err = call("run", "src-dish", "--out", str(closed / "out"), "--json")
+    assert (code, out) == (2, "")
+    assert err.startswith(f"--out: {closed} ")
+
+
+def test_links_that_lead_nowhere_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "gone").symlink_to("nowhere")
+    for name in ("loop", "gone"):
+        assert refusals(tmp_path / name)["--out"] == f"{tmp_path / name} is a link that leads nowhere"
+        log = short_log(tmp_path / "a.mcap")
+        code, out, err = call("report", str(log), "--out", str(tmp_path / name / "deeper"))
+        assert (code, out) == (2, "")
+        assert "leads nowhere" in err
+
+
+def test_long_texts_are_cut_short(tmp_path: Path) -> None:
+    assert len(refusals(tmp_path, seed="9" * 5000)["--seed"]) < 80
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-", "2>full"])
+def test_closed_streams_are_no_error(tmp_path: Path, closed: str) -> None:
+    done = shell(f"scenarios list {closed}", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("closed", ["2>&-", "2>full"])
+def test_a_refusal_with_nowhere_to_go_still_has_its_exit_code(tmp_path: Path, closed: str) -> None:
+    assert shell(f"run nosuch {closed}", tmp_path).returncode == 2
+
+
+def test_a_full_disk_under_standard_output_is_named(tmp_path: Path) -> None:
+    done = shell("scenarios list >full", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("standard output: ")
+
+
+def shell(line: str, cwd: Path) -> "subprocess.CompletedProcess[str]":
+    """The command line where no file may grow, as on a full disk."""
+    line = f"ulimit -f 0; {shlex.quote(str(COMMAND))} {line}"
+    return subprocess.run(line, shell=True, cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_a_termination_signal_counts_as_an_interruption(tmp_path: Path) -> None:
+    fifo = tmp_path / "endless"
+    os.mkfifo(fifo)
+    run = subprocess.Popen([COMMAND, "scenarios", "check", fifo], stderr=subprocess.PIPE, text=True)
+    with fifo.open("w"):  # returns when the command reads, so it has come that far
+        run.send_signal(signal.SIGTERM)
+        _, err = run.communicate(timeout=60)
+    assert (run.returncode, err) == (130, "interrupted\n")
+
+
+def test_an_import_that_an_interruption_broke_counts_as_one(capsys: pytest.CaptureFixture[str]) -> None:
+    for error, code in ((KeyboardInterrupt(), 130), (ValueError("bad"), 2)):
+        with pytest.raises(typer.Exit) as ended, errors_shown():
+            raise ImportError("initialization failed") from error
+        assert ended.value.exit_code == code
+    assert capsys.readouterr().err.startswith("interrupted\ninternal error: ImportError: initialization failed\n")
 
 
 def test_report_writes_its_files_beside_the_log_or_elsewhere_and_says_so(tmp_path: Path) -> None:
@@ -260,6 +325,17 @@ def test_json_has_null_for_what_is_not_a_number() -> None:
     assert made["log"] == "runs/a b_seed1.mcap"
 
 
+def test_json_has_these_keys_and_no_others() -> None:
+    made = json.loads(result_json(FELL))
+    assert list(made) == [
+        "scenario", "seed", "outcome", "cause", "completion_time_s", "round_trips", "operator_acts", "wall_s",
+        "physics_s", "log", "states",
+    ]  # fmt: skip
+    assert [list(state) for state in made["states"]] == [
+        ["state", "visits", "normal", "auto", "manual", "retries", "time_s"]
+    ]
+
+
 def test_the_summary_names_cause_and_next_command() -> None:
     lines = summary_lines(FELL)
     assert "a seed 1: failed: fell: left sole slipped" in lines
@@ -285,6 +361,7 @@ def test_live_progress_shows_clock_state_mode_and_link() -> None:
     text = live_text("a seed 1", NOW)
     for part in ("12.5 s", "30 min", "DETECT_PANEL_COARSE (normal)", "25.0 %", "scan"):
         assert part in text
+    assert live_text("a seed 1", replace(NOW, note="")) == text.rpartition("\n")[0]
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
@@ -330,6 +407,10 @@ def test_the_example_that_reads_a_log_reads_one(tmp_path: Path) -> None:
         [sys.executable, ROOT / "examples/read_a_log.py", log], capture_output=True, text=True, check=True
     )
     assert "DETECT_PANEL_COARSE" in done.stdout or "START" in done.stdout
+    alone = subprocess.run(
+        [sys.executable, ROOT / "examples/read_a_log.py"], capture_output=True, text=True, check=False
+    )
+    assert alone.stderr.startswith("usage: ")
 
 
 def test_python_in_the_readme_runs(tmp_path: Path) -> None:

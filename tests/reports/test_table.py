@@ -144,6 +144,17 @@ def test_nothing_gives_an_empty_table():
     Console(file=StringIO()).print(table.rich_table([]), table.rich_shares(table.where_time_went([])))
 
 
+def test_the_narrow_table_fits_forty_columns_with_its_figures_whole():
+    console = Console(width=40, record=True, file=StringIO())
+    made = table.rich_table(table.state_table([LOST_GRIP]), narrow=True)
+    made.box, made.padding, made.pad_edge = None, (0, 1, 0, 0), False
+    console.print(made)
+    text = console.export_text()
+    assert "…" not in text
+    assert "paper" in text
+    assert "Sum" in text
+
+
 def test_where_time_went_by_hand():
     run = [
         STARTED,

@@ -317,3 +317,8 @@ def test_canonical_toml_says_everything_so_that_a_log_repeats_its_run() -> None:
     written = tomllib.loads(scenario_to_toml(read_scenario(GOOD, "a.toml")))
     assert set(written) == set(keys_of(Scenario))
     assert written["link"]["up"]["blackouts"] == []
+
+
+def test_a_number_with_too_many_digits_is_found_by_its_line():
+    with pytest.raises(BadInput, match=r"a\.toml:2:1: is not TOML: a whole number has too many digits"):
+        read_scenario(f"schema = 1\nseed = {'9' * 5000}\n", "a.toml", "a")
