@@ -18,8 +18,8 @@ from teleop_sim.channel.message import DirectionName
 from teleop_sim.core.errors import BadInput, Problem, TeleopError
 from teleop_sim.core.records import Blackout, Emit, PacketEnded
 
-Receive = Callable[[str, bytes], None]
-"""Called with topic and payload when the last bit has arrived."""
+Receive = Callable[[bytes], None]
+"""Called with the payload when its last bit has arrived: the bytes that were paid for, and nothing else."""
 
 
 class LinkClosed(TeleopError, RuntimeError):
@@ -222,7 +222,7 @@ class Direction:
         self.delivered_bits += packet.size_bits
         self._busy_s += waits.serialisation_s
         self._record(packet, waits, packet.service_s, self._env.now, "delivered")
-        self._receive(packet.topic, packet.payload)
+        self._receive(packet.payload)
 
     def _record(self, packet: _Packet, waits: _Waits, service_s: float, arrived_s: float, outcome: str) -> None:
         self._emit(

@@ -22,7 +22,7 @@ from teleop_sim.channel.messages import (
     Message,
     Reject,
     Request,
-    decode_message,
+    decode_payload,
     encode_message,
 )
 from teleop_sim.core.records import Emit, OperatorActed
@@ -92,9 +92,9 @@ class Supervisor:
         self._news = env.event()
         self._called = env.event()
 
-    def receive(self, topic: str, payload: bytes) -> None:
+    def receive(self, payload: bytes) -> None:
         """Take what the downlink delivered. The mirror's display changes at once; the rest waits for attention."""
-        message = decode_message(topic, payload)
+        message = decode_payload(payload)
         self._close(self.belief.take(message))
         match message:
             case Request():

@@ -26,6 +26,9 @@ from teleop_sim.robot.skills.sensing import picture
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, Any, Any]
 
+HEAD_MOVE_S = 2.0
+"""A head movement that the operator commands: what WPI's task code asks for in its sweeps."""
+
 IMAGE_SIZE = (320, 170)
 IMAGE_QUALITY = 50
 """JPEG quality of grey images (assumed: a few kB, legible)."""
@@ -74,9 +77,9 @@ class FieldSite:
 
     # What has arrived ----------------------------------------------------------------------------------------------
 
-    def receive(self, topic: str, payload: bytes) -> None:
+    def receive(self, payload: bytes) -> None:
         """Obey a message that has arrived."""
-        match msg.decode_message(topic, payload):
+        match msg.decode_payload(payload):
             case msg.Confirm(request=request):
                 self.executive.confirm(request)
             case msg.Reject(request=request):
@@ -100,7 +103,7 @@ class FieldSite:
             case chat.Event(name=name):
                 self.executive.force(name)
             case chat.MoveHead(pitch_deg=pitch, yaw_deg=yaw):
-                self._direct(text, Look(float(np.radians(pitch)), float(np.radians(yaw)), 2.0))
+                self._direct(text, Look(float(np.radians(pitch)), float(np.radians(yaw)), HEAD_MOVE_S))
             case chat.NudgeHand(side=side, x_m=x, y_m=y, z_m=z):
                 self._direct(text, Nudge(side, (x, y, z)))
             case _:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import simpy
@@ -15,26 +15,10 @@ from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.gait import body_between
+from teleop_sim.world.scoring import Score
 
 SAMPLE_EVERY_TICKS = 10
 """The log keeps the plant five times a second; observers see every tick."""
-
-
-class Score(Protocol):
-    """A task's scorer as a value: how it stands, and what comes next."""
-
-    def at(self, t_s: float, pelvis: np.ndarray, joints: np.ndarray) -> tuple[Score, tuple[tuple[int, str], ...]]:
-        """The score after a sample (pelvis (7,), joints in model order), and what it saw: (checkpoint, words)."""
-
-    def next_s(self, t_s: float) -> float:
-        """When a frozen robot must be sampled next."""
-
-    def status(self, t_s: float, joints: np.ndarray) -> dict[str, float]:
-        """The status message that the task sends the robot."""
-
-    @property
-    def checkpoint(self) -> int:
-        """The last checkpoint scored."""
 
 
 class Interrupted(Exception):

@@ -17,7 +17,7 @@ from pathlib import Path
 import simpy
 
 from teleop_sim.channel.link import Direction
-from teleop_sim.core.records import Emit, OperatorActed, PlantSample, Record, RunEnded, RunStarted
+from teleop_sim.core.records import Emit, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
 from teleop_sim.log.writer import LogWriter
@@ -25,6 +25,7 @@ from teleop_sim.machines.executive import Result
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
+from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.programs.pacing import pacing
@@ -131,7 +132,6 @@ class _Watch:
     write: Emit
     tell: Callable[[Progress], None] | None
     seen: list[Record] = field(default_factory=list)
-    sends: int = 0
     look: Callable[[], Progress] | None = None
     told_s: float = -math.inf
 
@@ -139,8 +139,6 @@ class _Watch:
         self.write(record)
         if not isinstance(record, PlantSample):
             self.seen.append(record)
-        if isinstance(record, OperatorActed) and record.kind == "send":
-            self.sends += 1
         if self.tell is not None and self.look is not None and record.t_s >= self.told_s + 1.0:
             self.told_s = record.t_s
             self.tell(self.look())
@@ -183,11 +181,11 @@ class _Bench:
         score = site.score(self.plant.joint_names)
         return RobotOnSite(self.env, Body(spec, self.plant), score, seed, replicate, self._watch)
 
-    def _to_field(self, topic: str, payload: bytes) -> None:
-        self.field.receive(topic, payload)
+    def _to_field(self, payload: bytes) -> None:
+        self.field.receive(payload)
 
-    def _to_station(self, topic: str, payload: bytes) -> None:
-        self.station.receive(topic, payload)
+    def _to_station(self, payload: bytes) -> None:
+        self.station.receive(payload)
 
     def progress(self) -> Progress:
         """Where the run stands."""
@@ -228,7 +226,7 @@ class _Bench:
             outcome, cause = "completed", ""
         done_s = now_s if outcome == "completed" else math.nan
         trips = self.field.executive.round_trips
-        return RunEnded(now_s, outcome, cause, done_s, trips, self._watch.sends)
+        return RunEnded(now_s, outcome, cause, done_s, trips, acts_sent(self._watch.seen))
 
 
 def _briefing(scenario: Scenario) -> Briefing:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from teleop_sim.robot import law
+from teleop_sim.robot.arrays import dofs, law_arrays
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.gait import Plan, stand_row
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.spec import RobotSpec
-from teleop_sim.world.plant import TICK_S, Plant, PlantState, Pose
+from teleop_sim.world.plant import GRAVITY_M_S2, TICK_S, Plant, PlantState, Pose
 
 FALL_HEIGHT = 0.7
 """Share of the standing pelvis height under which the robot has fallen."""
@@ -56,50 +57,22 @@ class Body:
 
     def __init__(self, spec: RobotSpec, plant: Plant) -> None:
         self.spec, self.plant = spec, plant
-        model, data = plant.model, plant.data
+        model = plant.model
         self.joint_names = plant.robot_joints
         self.upper_names = spec.upper
-        nv = plant.nv_robot
-        dof = {name: int(model.joint(name).dofadr[0]) for name in plant.joint_names}
-        self._upper = np.array([dof[name] for name in self.upper_names], np.int64)
+        nv, dof = plant.nv_robot, dofs(plant)
         self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in ("left", "right")}
         self._jaw_controls = np.array([dof[n] - 6 for side in ("left", "right") for n in self._jaws[side]], np.int64)
         self._stroke = float(model.joint("leftJaw0").range[1])
-        qposadr = [0] * 6 + [int(model.jnt_qposadr[model.dof_jntid[i]]) for i in range(6, nv)]
-        self._qposadr = np.array(qposadr, np.int64)
         self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
         foot = spec.model.description.sole
         self._feet = (foot.left, foot.right)
-        sites = [model.site(f"{name}_sole").id for name in self._feet]
-        step = sites[1] - sites[0]
-        two = slice(sites[0], sites[1] + (1 if step > 0 else -1) or None, step)
-        touch = [int(model.sensor(f"{name}_touch").adr[0]) for name in self._feet]
-        self._touch_index = np.array(touch)
+        self._touch_index = np.array([int(model.sensor(f"{name}_touch").adr[0]) for name in self._feet])
         self._touch = np.zeros(2)
-        self._arrays = law.Arrays(
-            legs=np.array([[dof[n] for n in leg] for leg in spec.legs], np.int64),
-            upper=self._upper,
-            m_rownnz=model.M_rownnz,
-            m_rowadr=model.M_rowadr,
-            m_colind=model.M_colind,
-            inertia=data.M,
-            bias=data.qfrc_bias[:nv],
-            passive=data.qfrc_passive[:nv],
-            qpos=data.qpos,
-            qvel=data.qvel[:nv],
-            qposadr=self._qposadr,
-            com=data.subtree_com[1],
-            cdof=data.cdof,
-            cdof_dot=data.cdof_dot,
-            sole=data.site_xpos[two],
-            sole_rotation=data.site_xmat[two],
-            touch=self._touch,
-            kp=model.actuator_gainprm[: nv - 6, 0].copy(),
-            kv=-model.actuator_biasprm[: nv - 6, 2].copy(),
-            control=data.ctrl[: nv - 6],
-        )
+        self._arrays = law_arrays(spec, plant, self._touch)
+        self._upper = self._arrays.upper
+        self._upper_qpos = self._arrays.qposadr[self._upper]
         self._qref, self._vref, self._extra = np.zeros(nv - 6), np.zeros(nv - 6), np.zeros(nv - 6)
-        self._nv = nv
         self._memory = np.zeros(law.MEMORY)
         self.posture = np.zeros(len(self.upper_names))
         self.jaws = (0.0, 0.0)
@@ -113,7 +86,7 @@ class Body:
 
     def _solve_stance(self) -> RobotState:
         """Bent knees, soles flat at z = 0, centre of mass over the soles' middle (bisection on the hips)."""
-        plant, spec = self.plant, self.spec
+        plant = self.plant
         for name, value in zip(self.upper_names, self.named_posture("walk"), strict=True):
             plant.set_angle(name, float(value))
         plant.data.qpos[:7] = [0.0, 0.0, 1.2, 1.0, 0.0, 0.0, 0.0]
@@ -134,20 +107,24 @@ class Body:
         plant.load(plant.save())
         self.com_height_m = float(height_m)
         self.pelvis_height_m = float(plant.data.qpos[2])
-        mass = float(plant.model.body_subtreemass[1])
-        half = np.array(spec.model.description.sole.size_m) / 2
-        self._gains = law.Gains(
-            omega=float(np.sqrt(9.81 / self.com_height_m)),
-            mass_kg=mass,
-            half_length_m=float(half[0]),
-            half_width_m=float(half[1]),
-            # A landing is felt at 6 % of the weight (80 N for Valkyrie, measured).
-            touchdown_n=80.0 * mass / 136.0,
-            tick_s=TICK_S,
-        )
+        self._gains = self._nominal_gains()
         memory = [0.0] * law.MEMORY
         memory[law.LANDED] = memory[law.LANDED + 1] = 1.0
         return RobotState(plant.save(), tuple(map(float, self.named_posture("walk"))), (0.0, 0.0), tuple(memory))
+
+    def _nominal_gains(self) -> law.Gains:
+        mass_kg = float(self.plant.model.body_subtreemass[1])
+        half = np.array(self.spec.model.description.sole.size_m) / 2
+        return law.Gains(
+            omega=float(np.sqrt(GRAVITY_M_S2 / self.com_height_m)),
+            mass_kg=mass_kg,
+            half_length_m=float(half[0]),
+            half_width_m=float(half[1]),
+            # A landing is felt at 6 % of the weight (80 N for Valkyrie, measured).
+            touchdown_n=80.0 * mass_kg / 136.0,
+            tick_s=TICK_S,
+            gravity=GRAVITY_M_S2,
+        )
 
     def _com_ahead_m(self, hip_rad: float) -> float:
         """Centre of mass ahead of the soles' middle with the hips flexed by ``hip_rad``; more flexion leans back."""
@@ -204,7 +181,7 @@ class Body:
 
     def upper(self) -> np.ndarray:
         """Measured angles of ``upper_names`` [rad]."""
-        angles: np.ndarray = self.plant.data.qpos[self._qposadr[self._upper]]
+        angles: np.ndarray = self.plant.data.qpos[self._upper_qpos]
         return angles
 
     def base(self) -> tuple[np.ndarray, np.ndarray]:

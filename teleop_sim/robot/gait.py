@@ -14,8 +14,8 @@ import numpy as np
 
 from teleop_sim.robot import law
 from teleop_sim.robot.commands import PlanarPose
+from teleop_sim.world.plant import GRAVITY_M_S2
 
-GRAVITY = 9.81
 LEFT, RIGHT = 0, 1
 
 
@@ -190,7 +190,7 @@ def make_plan(
         feet: sole centres now, left and right. com: centre of mass (2,) now. com_height_m: over the soles.
         ground_z_m: height of the ground. steps: footsteps, alternating. tick_s: control period.
     """
-    omega = float(np.sqrt(GRAVITY / com_height_m))
+    omega = float(np.sqrt(GRAVITY_M_S2 / com_height_m))
     phases = _phases(feet, np.array(com, float), steps, gait)
     counts = [max(1, round(p.duration_s / tick_s)) for p in phases]
     n = sum(counts)

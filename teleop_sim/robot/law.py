@@ -40,7 +40,7 @@ class Gains(NamedTuple):
     half_width_m: float
     touchdown_n: float
     tick_s: float
-    gravity: float = 9.81
+    gravity: float
     dcm: float = 4.0
     sole_margin_m: float = 0.012
     swing: float = 12.0

@@ -1,5 +1,6 @@
 """Small vector algebra for the compiled control law. Written out: linear-algebra libraries round
-differently from one processor to the next."""
+differently from one processor to the next.
+"""
 
 from __future__ import annotations
 

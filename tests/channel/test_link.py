@@ -23,7 +23,7 @@ TOLERANCE_S = 1e-9
 class Heard:
     """What came out of a direction, and the records it wrote."""
 
-    arrived: list[tuple[float, str, bytes]] = field(default_factory=list)
+    arrived: list[tuple[float, bytes]] = field(default_factory=list)
     records: list[Record] = field(default_factory=list)
     link: Direction | None = None
 
@@ -37,7 +37,7 @@ def traffic(link_settings, sends, until_s):
     env = simpy.Environment()
     heard = Heard()
     link = heard.link = Direction(
-        env, "up", link_settings, lambda topic, data: heard.arrived.append((env.now, topic, data)), heard.records.append
+        env, "up", link_settings, lambda data: heard.arrived.append((env.now, data)), heard.records.append
     )
 
     def sender():
@@ -54,7 +54,7 @@ def traffic(link_settings, sends, until_s):
 def test_an_18_byte_command_at_64_bit_s_and_10_s_arrives_after_12_25_s():
     # 18 * 8 / 64 = 2.25 s; the row "/MANUAL_EXECUTION" of WPI's commands.
     heard = traffic(DirectionSettings(64.0, 10.0), [(0.0, b"x" * 18)], 100.0)
-    assert heard.arrived == [(12.25, "chat", b"x" * 18)]
+    assert heard.arrived == [(12.25, b"x" * 18)]
 
 
 def test_headers_are_charged():
@@ -68,7 +68,7 @@ def test_headers_are_charged():
 
 def test_back_to_back_packets_queue_and_overlap_in_flight():
     heard = traffic(DirectionSettings(8.0, 10.0), [(0.0, b"ab")] * 3, 100.0)
-    assert [t for t, _, _ in heard.arrived] == [12.0, 14.0, 16.0]
+    assert [t for t, _ in heard.arrived] == [12.0, 14.0, 16.0]
     assert [p.queue_s for p in heard.packets] == [0.0, 2.0, 4.0]
 
 
@@ -76,7 +76,7 @@ def test_a_blackout_in_the_middle_pauses_serialisation_and_spares_what_is_in_fli
     # 8 bit/s, 4 bytes each: the first is out at 4 s, before the dark; the second is half out at 6 s.
     link = DirectionSettings(8.0, 10.0, blackouts=((6.0, 20.0),))
     heard = traffic(link, [(0.0, b"abcd"), (0.0, b"efgh"), (0.0, b"ijkl"), (10.0, b"m")], 100.0)
-    assert [t for t, _, _ in heard.arrived] == [14.0, 32.0, 36.0, 37.0]
+    assert [t for t, _ in heard.arrived] == [14.0, 32.0, 36.0, 37.0]
     assert [p.service_s for p in heard.packets] == [0.0, 4.0, 22.0, 26.0]
     assert [p.queue_s for p in heard.packets] == [0.0, 4.0, 8.0, 6.0]
     # All dark time between offered and last bit out is the blackout's, also when others were ahead.
@@ -102,7 +102,7 @@ def test_nothing_keeps_the_clock_alive_after_the_last_packet_and_blackout():
     env = simpy.Environment()
     arrived: list[bytes] = []
     link_settings = DirectionSettings(8.0, 1.0, blackouts=((3.0, 5.0), (9.0, math.inf)))
-    link = Direction(env, "down", link_settings, lambda _, data: arrived.append(data), lambda _: None)
+    link = Direction(env, "down", link_settings, lambda data: arrived.append(data), lambda _: None)
     link.send("log", b"12345")
     link.send("log", b"never" * 9)
     env.run()
@@ -138,7 +138,7 @@ def test_utilisation_is_the_share_of_time_in_which_bits_go_out():
 
 def test_utilisation_does_not_wait_for_the_packet_to_end():
     env = simpy.Environment()
-    link = Direction(env, "up", DirectionSettings(8.0, 1.0), lambda _, __: None, lambda _: None)
+    link = Direction(env, "up", DirectionSettings(8.0, 1.0), lambda _: None, lambda _: None)
     assert link.utilisation() == 0.0
     link.send("chat", b"a" * 20)
     env.run(until=9.0)
@@ -186,7 +186,7 @@ def test_conservation_order_and_no_time_travel(link, pattern, until_s):
     assert heard.link.sent == len(packets) >= len(offered)
     assert heard.link.sent == heard.link.delivered + heard.link.dropped + sum(p.outcome == "in_flight" for p in packets)
     assert [p.packet for p in packets] == list(range(len(packets)))
-    assert [data for _, _, data in heard.arrived] == [payload for _, payload in sends][: len(delivered)]
+    assert [data for _, data in heard.arrived] == [payload for _, payload in sends][: len(delivered)]
 
     # No time travel: never faster than light and rate allow, never out in the dark.
     for p in delivered:
@@ -217,7 +217,7 @@ def test_the_same_traffic_gives_the_same_records(link, pattern):
 
 def test_one_event_a_packet():
     env = simpy.Environment()
-    link = Direction(env, "up", DirectionSettings(1e6, 5.0), lambda _, __: None, lambda _: None)
+    link = Direction(env, "up", DirectionSettings(1e6, 5.0), lambda _: None, lambda _: None)
     for _ in range(1000):
         link.send("chat", b"x")
     events = 0

@@ -16,7 +16,7 @@ from teleop_sim.channel.messages import (
     MirrorUpdate,
     ModeIs,
     Request,
-    decode_message,
+    decode_payload,
     encode_message,
 )
 from teleop_sim.core.records import OperatorActed, Record, Released, Requested
@@ -96,8 +96,8 @@ def play(delay_s: float, level: int, failing: str = "", dark: bool = False, limi
     site = Site(env, failing=failing)
     executive = Executive(env, DISH, level, site.start_program, site, records.append)
 
-    def obey(topic: str, payload: bytes) -> None:
-        match decode_message(topic, payload):
+    def obey(payload: bytes) -> None:
+        match decode_payload(payload):
             case Confirm(request=number):
                 executive.confirm(number)
             case Chat(text=text) if text.startswith("/"):

@@ -16,7 +16,7 @@ from teleop_sim.channel.messages import (
     MirrorUpdate,
     ModeIs,
     Request,
-    decode_message,
+    decode_payload,
     encode_image,
     encode_message,
 )
@@ -53,7 +53,7 @@ class Station:
 
     def _send(self, topic: str, payload: bytes, text: str) -> None:
         assert text
-        self.sent.append((self.env.now, decode_message(topic, payload)))
+        self.sent.append((self.env.now, decode_payload(payload)))
 
     def at(self, time_s: float, *messages: Message) -> None:
         """Let messages arrive at a time, in this order."""
@@ -62,7 +62,7 @@ class Station:
     def _deliver(self, time_s, messages):
         yield self.env.timeout(time_s)
         for message in messages:
-            self.person.receive(*encode_message(message))
+            self.person.receive(encode_message(message)[1])
 
     def acts(self, kind: str) -> list[OperatorActed]:
         return [r for r in self.records if isinstance(r, OperatorActed) and r.kind == kind]
