@@ -52,6 +52,7 @@ class Station:
         self.env.process(self.person.run())
 
     def _send(self, topic: str, payload: bytes, text: str) -> None:
+        assert topic
         assert text
         self.sent.append((self.env.now, decode_payload(payload)))
 
