@@ -127,10 +127,11 @@ class Doing:
         return held
 
     def let_go(self) -> Part:
-        """Take a hand off its handle, if one is there: no foot may move before that."""
-        if self.holding is not None:
-            yield from self.do(Release(*self.holding))
-            self.memory.facts["holding"] = None
+        """Take a hand off its handle, if one is there: no foot may move before that, not even when this is stopped."""
+        while self.holding is not None:
+            reply = yield from self.do(Release(*self.holding))
+            if reply.outcome != "stopped":
+                self.memory.facts["holding"] = None
 
 
 def program_of(state: str, body: Callable[[Doing], Program], pacing: Pacing) -> ProgramOf:
