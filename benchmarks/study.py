@@ -20,12 +20,12 @@ from rich.console import Console
 from teleop_sim import load, load_scenario
 from teleop_sim.core.records import PlantSample
 from teleop_sim.reports.table import rich_table, state_table
-from teleop_sim.run import RunResult, run
+from teleop_sim.run import RunResult, run_scenario
 
 
 def one(seed: int, overrides: dict[str, object], scenario: str, folder: str) -> RunResult:
     """One run in a worker."""
-    return run(load_scenario(scenario, overrides), seed, Path(folder))
+    return run_scenario(load_scenario(scenario, overrides), seed, Path(folder))
 
 
 def arguments() -> argparse.Namespace:

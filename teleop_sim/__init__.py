@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from teleop_sim.core.errors import BadInput, LogDamaged, Problem, TeleopError, UnknownName
     from teleop_sim.log.load import Log, load
-    from teleop_sim.run import RunResult, run
+    from teleop_sim.run import RunResult, run_scenario
     from teleop_sim.scenarios.files import load_scenario
 
 _HOME = {
@@ -25,7 +25,7 @@ _HOME = {
     "UnknownName": "teleop_sim.core.errors",
     "load": "teleop_sim.log.load",
     "load_scenario": "teleop_sim.scenarios.files",
-    "run": "teleop_sim.run",
+    "run_scenario": "teleop_sim.run",
 }
 
 __all__ = [
@@ -39,7 +39,7 @@ __all__ = [
     "__version__",
     "load",
     "load_scenario",
-    "run",
+    "run_scenario",
 ]
 
 

@@ -123,7 +123,7 @@ def run(
 def _watched_run(chosen: Scenario, out: Path, quiet: bool) -> RunResult:
     from teleop_sim.cli_options import log_path
     from teleop_sim.cli_progress import watch
-    from teleop_sim.run import run as run_scenario
+    from teleop_sim.run import run_scenario
 
     log = log_path(out, chosen)
     older = _written(log)

@@ -102,10 +102,11 @@ class FieldSite:
         match command:
             case chat.Event(name=name):
                 self.executive.force(name)
+            # This neck has no roll.
             case chat.MoveHead(pitch_deg=pitch, yaw_deg=yaw):
                 self._direct(text, Look(float(np.radians(pitch)), float(np.radians(yaw)), HEAD_MOVE_S))
-            case chat.NudgeHand(side=side, x_m=x, y_m=y, z_m=z):
-                self._direct(text, Nudge(side, (x, y, z)))
+            case chat.NudgeHand(side=side, frame=frame, x_m=x, y_m=y, z_m=z):
+                self._direct(text, Nudge(side, (x, y, z), frame))
             case _:
                 self._stop(text)
 

@@ -48,7 +48,10 @@ LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run stands. ``up_use``, ``down_use``: share of the time in which each direction was sending."""
+    """Where a run stands. ``up_use``, ``down_use``: share of the time in which each direction was sending.
+
+    ``note``: what holds it up, if anything.
+    """
 
     t_s: float
     time_limit_s: float
@@ -76,7 +79,7 @@ class RunResult:
     states: list[StateRow]
 
 
-def run(
+def run_scenario(
     scenario: Scenario,
     seed: int,
     out: Path,
@@ -197,6 +200,7 @@ class _Bench:
             executive.mode,
             self.up.utilisation(),
             self.down.utilisation(),
+            f"waits for the operator ({executive.pending.kind})" if executive.pending else "",
         )
 
     def run(self) -> RunEnded:
@@ -217,7 +221,7 @@ class _Bench:
         if result is None:
             state = self.field.executive.state
             at = f"in {state}, checkpoint {checkpoint} of {last}"
-            outcome, cause = "censored", f"time limit of {now_s:.0f} s reached {at}"
+            outcome, cause = "censored", f"time limit of {now_s:g} s reached {at}"
         elif result.outcome == "failed":
             outcome, cause = "failed", result.cause
         elif checkpoint < last:

@@ -12,7 +12,7 @@ import teleop_sim
 from teleop_sim.channel import messages as msg
 from teleop_sim.core import records as rec
 from teleop_sim.log.writer import LogWriter
-from teleop_sim.run import _Bench, _Watch, run
+from teleop_sim.run import _Bench, _Watch, run_scenario
 
 Script = Sequence[tuple[float, msg.Message]]
 
@@ -56,7 +56,7 @@ def told(overrides: dict[str, object], script: Script, out: Path, seed: int = 1)
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[rec.Record]]:
     out = tmp_path_factory.mktemp("laws")
-    runs = {name: run(teleop_sim.load_scenario("src-dish", o), 1, out / name) for name, o in RUNS.items()}
+    runs = {name: run_scenario(teleop_sim.load_scenario("src-dish", o), 1, out / name) for name, o in RUNS.items()}
     return {name: list(teleop_sim.load(result.log).records()) for name, result in runs.items()}
 
 

@@ -20,7 +20,7 @@ from teleop_sim.core.records import (
     TransitionTaken,
 )
 from teleop_sim.log.load import load
-from teleop_sim.run import RunResult, run
+from teleop_sim.run import RunResult, run_scenario
 
 SEEDS = (12, 127)
 """Worlds that take two turns of a handle, not six: cheap runs."""
@@ -36,7 +36,7 @@ def go(tmp_path_factory):
     @cache
     def once(seed: int, overrides: tuple[tuple[str, object], ...], again: int = 0) -> RunResult:
         scenario = load_scenario("src-dish", dict(overrides))
-        return run(scenario, seed, folder / f"{abs(hash((seed, overrides, again)))}")
+        return run_scenario(scenario, seed, folder / f"{abs(hash((seed, overrides, again)))}")
 
     def call(seed: int = SEEDS[0], again: int = 0, **overrides: object) -> RunResult:
         return once(seed, tuple((k.replace("__", "."), v) for k, v in sorted(overrides.items())), again)

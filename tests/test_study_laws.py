@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import teleop_sim
-from teleop_sim.run import run
+from teleop_sim.run import run_scenario
 
 RUNS = 40
 
@@ -62,7 +62,7 @@ def extremes(rng: np.random.Generator) -> dict[str, object]:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1000, 1000 + RUNS))
 def test_whatever_is_run_keeps_every_law(seed: int, laws: ModuleType, tmp_path: Path) -> None:
-    result = run(teleop_sim.load_scenario("src-dish", drawn(seed)), seed, tmp_path)
+    result = run_scenario(teleop_sim.load_scenario("src-dish", drawn(seed)), seed, tmp_path)
     assert laws.broken_laws(teleop_sim.load(result.log).records()) == []
     if result.outcome == "failed":
         assert result.cause.startswith(("fell: ", "ended by the operator in STATE_ERROR after "))

@@ -207,6 +207,15 @@ class Body:
         """Height of the ground on which the feet stand, as the law remembers it."""
         return float(self._memory[law.GROUND])
 
+    @property
+    def hands(self) -> tuple[Side, ...]:
+        """Sides that have a hand."""
+        return ("left", "right")
+
+    def balance_error_m(self) -> float:
+        """How far the divergent component of motion is from its reference, as the law last saw it."""
+        return float(np.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1]))
+
     def hand_force(self, side: Side) -> float:
         """Sum of the touch sensors on the hand's bars [N]."""
         return sum(self.plant.touch_n(f"{name}_touch") for name in self._jaws[side])

@@ -145,10 +145,11 @@ class Release:
 
 @dataclass(frozen=True)
 class Nudge:
-    """Move a hand by a small offset [m], in the pelvis frame: the operator's direct command."""
+    """Move a hand by a small offset [m] in the pelvis' or the hand's own frame: the operator's direct command."""
 
     side: Side
     offset: Vector
+    frame: Literal["pelvis", "hand"] = "pelvis"
 
 
 @dataclass(frozen=True)

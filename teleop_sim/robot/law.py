@@ -15,10 +15,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
-from teleop_sim.robot.law_math import base_rotation, clip, cross, dot, into, out_of, solve, tilt_error
+from teleop_sim.robot.law_math import base_rotation, clip, compiled, cross, dot, into, out_of, solve, tilt_error
 
 # Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
 XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, FOOT = 0, 2, 4, 5, 6, 7, 8, 9
@@ -281,7 +280,7 @@ def carry(F, g, a, Jl, tau):
                 tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]
 
 
-@njit(cache=True)
+@compiled
 def tick(row, g, memory, a, qref, vref, extra):
     """One control period: read the arrays, set ``a.control``.
 

@@ -17,15 +17,15 @@ SETTLE_S = 0.3
 
 
 def nudge(body: Body, command: Nudge, rng: np.random.Generator) -> Motion:  # noqa: ARG001
-    """Move a hand by ``command.offset`` [m] in the pelvis' frame, keeping its approach axis.
+    """Move a hand by ``command.offset`` [m], keeping its approach axis.
 
     Ends ``reached`` or ``no_plan``; data: the distance [m] the hand was felt to move.
     """
     arm = arm_of(body, command.side)
     q, stance = plan_stance(arm)
-    pelvis, _ = body.base()
-    offset = pelvis @ np.array(command.offset)
     rotation, position = arm.kinematics.tool_pose(q, arm.side)
+    pelvis, _ = body.base()
+    offset = (rotation if command.frame == "hand" else pelvis) @ np.array(command.offset)
     start = Target(position, rotation[:, 2])
     goal, solver = solve_two_stage(arm, stance, q, q, Target(position + offset, start.approach))
     if not goal.within(REFUSE_M, 0.3):
