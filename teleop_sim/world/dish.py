@@ -21,6 +21,7 @@ from teleop_sim.world import console as shape
 from teleop_sim.world import contact
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.dish_draw import DishWorld, Range
+from teleop_sim.world.dish_ground import add_walkway
 
 Rgb = tuple[float, float, float]
 
@@ -30,7 +31,6 @@ PITCH_RANGE_RAD: Range = (-0.2, 1.57)
 
 # Without a near-rigid friction constraint a loaded wheel creeps: 20 Nm stuck turned 66 degrees at MuJoCo's default.
 _STUCK_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
-_SLAB_HALF_M = 0.075
 _SOIL_RGB: Rgb = (0.55, 0.36, 0.24)
 _TILE_RGB: Rgb = (0.62, 0.62, 0.60)
 # Dull colours of rocks, crates and boxes, by kind (assumed): nothing as red or blue as the wheels.
@@ -82,18 +82,7 @@ def _add_ground(spec: mujoco.MjSpec, world: DishWorld) -> None:
         rgba=[*_SOIL_RGB, 1.0],
         **look,
     )
-    for number, slab in enumerate(lay.layout(world.layout_id).slabs):
-        x, y, yaw = slab.pose
-        spec.worldbody.add_geom(
-            name=f"walkway{number}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=[x, y, -_SLAB_HALF_M],
-            quat=_yaw_quat(yaw),
-            size=[slab.half_along_m, slab.half_across_m, _SLAB_HALF_M],
-            material="tile",
-            rgba=[*_TILE_RGB, 1.0],
-            **look,
-        )
+    add_walkway(spec, lay.layout(world.layout_id), {"material": "tile", "rgba": [*_TILE_RGB, 1.0], **look})
 
 
 def _add_clutter(spec: mujoco.MjSpec, world: DishWorld) -> None:

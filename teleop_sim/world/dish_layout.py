@@ -43,6 +43,14 @@ class Slab:
     half_along_m: float
     half_across_m: float
 
+    def bends_into(self, other: Slab) -> bool:
+        """Whether the other slab is the second box of the same bend: 45 degrees on and of the same length."""
+        turn = abs(math.remainder(other.pose[2] - self.pose[2], 2.0 * math.pi))
+        same = math.isclose(self.half_along_m, other.half_along_m) and math.isclose(
+            self.half_along_m, 0.5 * _BEND_BOX_M
+        )
+        return same and math.isclose(turn, 0.25 * math.pi)
+
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
