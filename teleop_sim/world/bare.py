@@ -30,10 +30,10 @@ class BareFloor:
             **contact.WORLD,
         )
 
-    def tick(self, plant: Plant, memory: tuple[float, ...]) -> tuple[float, ...]:  # noqa: ARG002
+    def tick(self, plant: Plant, memory: tuple[float, ...]) -> tuple[float, ...]:
         """Nothing in it moves by itself."""
         return memory
 
-    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:  # noqa: ARG002
+    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
         """There is no task."""
         return {}

@@ -41,7 +41,7 @@ class GripReport:
     jaws_m: tuple[float, float]
 
 
-def grip(body: Body, command: Grip, rng: np.random.Generator) -> Motion:  # noqa: ARG001
+def grip(body: Body, command: Grip, rng: np.random.Generator) -> Motion:
     """Close (ends ``felt`` or ``not_felt``; data: ``GripReport``) or open (ends ``opened``) a hand."""
     arm = arm_of(body, command.side)
     if not command.close:

@@ -16,7 +16,7 @@ REFUSE_M = 0.01
 SETTLE_S = 0.3
 
 
-def nudge(body: Body, command: Nudge, rng: np.random.Generator) -> Motion:  # noqa: ARG001
+def nudge(body: Body, command: Nudge, rng: np.random.Generator) -> Motion:
     """Move a hand by ``command.offset`` [m], keeping its approach axis.
 
     Ends ``reached`` or ``no_plan``; data: the distance [m] the hand was felt to move.

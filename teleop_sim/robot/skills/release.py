@@ -27,7 +27,7 @@ OPEN_S = 0.5
 SETTLE_S = 0.2
 
 
-def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:  # noqa: ARG001
+def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:
     """Let go of a handle. Always ends ``released``.
 
     The way back starts where the hand is felt to be, not where the plan thought it: a hand that a load has pushed
