@@ -36,6 +36,7 @@ bench: setup
 	$(BIN)/python benchmarks/whole_run.py
 
 validate: setup
+	$(BIN)/python benchmarks/study.py --seeds 1:21
 	$(BIN)/python -m pytest -m slow
 
 clean:
