@@ -75,8 +75,9 @@ class PacketEnded(Record):
 
     ``outcome``: ``delivered``, ``dropped`` (``reason`` says why) or ``in_flight`` (the run ended first).
     ``sent_s`` is when it was offered to the link, ``service_s`` when its first bit went out (NaN: never),
-    ``arrived_s`` when its last bit arrived (NaN: never). The waits add up to ``arrived_s - sent_s``.
-    ``text`` says what the packet meant, for readers of the log; it is not sent.
+    ``arrived_s`` when its last bit arrived (NaN: never). The five waits add up to ``arrived_s - sent_s``.
+    ``text`` says what the packet meant, for readers of the log; it is not sent. ``retransmission_s`` is the time in
+    which bits went out in vain and had to be sent again. ``priority``: greater is more urgent.
     """
 
     direction: str
@@ -94,6 +95,8 @@ class PacketEnded(Record):
     outcome: str
     reason: str
     text: str
+    retransmission_s: float = 0.0
+    priority: int = 0
 
 
 @record("link/blackout")
