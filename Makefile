@@ -33,6 +33,7 @@ unit: setup
 test: lint types unit
 
 bench: setup
+	$(BIN)/python benchmarks/link_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 
 validate: setup
