@@ -23,7 +23,7 @@ _LEAST_CHANCE = 2.0**-54
 
 
 class Jitter(Protocol):
-    """A random part of the delay [s]; may be negative, as long as delay and jitter together are not."""
+    """A random part of the delay [s]. It may be negative: a direction cuts delay and jitter together at zero."""
 
     @property
     def mean_s(self) -> float:
@@ -31,7 +31,10 @@ class Jitter(Protocol):
 
     @property
     def least_s(self) -> float:
-        """No draw is below this [s]: a direction needs ``delay_s + least_s >= 0``."""
+        """No draw is below this [s]. A direction whose ``delay_s`` is below ``-least_s`` cuts some and shifts the mean."""
+
+    def scaled(self, factor: float) -> Jitter:
+        """The same with every draw times ``factor``, above zero: from one clock to another."""
 
     def draw_s(self, rng: np.random.Generator) -> float:
         """The jitter of the next packet [s]. Always one uniform draw, so that a sweep does not shift the stream."""
@@ -52,6 +55,10 @@ class NoJitter:
     def least_s(self) -> float:
         """Zero."""
         return 0.0
+
+    def scaled(self, factor: float) -> NoJitter:  # noqa: ARG002
+        """The same."""
+        return self
 
     def draw_s(self, rng: np.random.Generator) -> float:
         """Zero."""
@@ -93,6 +100,10 @@ class UniformJitter:
     def least_s(self) -> float:
         """``low_s``."""
         return self.low_s
+
+    def scaled(self, factor: float) -> UniformJitter:
+        """The same with every draw times ``factor``."""
+        return UniformJitter(self.low_s * factor, self.high_s * factor)
 
     def draw_s(self, rng: np.random.Generator) -> float:
         """Uniform between the bounds [s]."""
@@ -136,6 +147,10 @@ class NormalJitter:
     def least_s(self) -> float:
         """``-clip_s``."""
         return -self.clip_s
+
+    def scaled(self, factor: float) -> NormalJitter:
+        """The same with every draw times ``factor``."""
+        return NormalJitter(self.sd_s * factor, self.clip_s * factor)
 
     def draw_s(self, rng: np.random.Generator) -> float:
         """Normal by inversion, clipped [s]."""
@@ -181,6 +196,10 @@ class EmpiricalJitter:
     def least_s(self) -> float:
         """The least sample [s]."""
         return min(self.samples_s)
+
+    def scaled(self, factor: float) -> EmpiricalJitter:
+        """The same with every draw times ``factor``."""
+        return EmpiricalJitter(tuple(value_s * factor for value_s in self.samples_s))
 
     def draw_s(self, rng: np.random.Generator) -> float:
         """A sample [s]."""
