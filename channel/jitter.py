@@ -31,7 +31,7 @@ class Jitter(Protocol):
 
     @property
     def least_s(self) -> float:
-        """No draw is below this [s]. A direction whose ``delay_s`` is below ``-least_s`` cuts some and shifts the mean."""
+        """No draw is below this [s]. With a ``delay_s`` below ``-least_s`` the cut shifts the mean."""
 
     def scaled(self, factor: float) -> Jitter:
         """The same with every draw times ``factor``, above zero: from one clock to another."""
