@@ -6,24 +6,21 @@ inside the commands, so that ``--help`` and shell completion answer at once.
 
 from __future__ import annotations
 
-import os
 import shlex
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from teleop_sim.cli_channel import channel_app
+from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
     from teleop_sim.run import RunResult
     from teleop_sim.scenarios.schema import Scenario
-
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 app = typer.Typer(
     name="teleop-sim",
@@ -35,6 +32,7 @@ app = typer.Typer(
 )
 scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check scenarios.")
 app.add_typer(scenarios_app, name="scenarios")
+app.add_typer(channel_app, name="channel")
 
 
 def _complete_scenario(incomplete: str) -> list[str]:
@@ -227,42 +225,3 @@ def check_command(files: Annotated[list[str], typer.Argument(help="Scenario file
                 bad = True
                 warn(str(error))
     raise typer.Exit(BAD_INPUT if bad else DONE)
-
-
-@contextmanager
-def errors_shown() -> Iterator[None]:
-    """Turn whatever ends a command early into a message and an exit code."""
-    code = BAD_INPUT
-    try:
-        yield
-    except typer.Exit:
-        raise
-    except TeleopError as error:
-        warn(str(error))
-    except UnicodeDecodeError as error:
-        warn(f"not UTF-8: {error}")
-    except OSError as error:
-        warn(f"{error.filename or 'standard output'}: {error.strerror or error}")
-    except MemoryError:
-        warn("out of memory")
-    except KeyboardInterrupt:
-        warn("interrupted")
-        code = INTERRUPTED
-    except Exception as error:
-        if _came_of_interruption(error):
-            warn("interrupted")
-            raise typer.Exit(INTERRUPTED) from None
-        if os.environ.get("TELEOP_SIM_DEBUG"):
-            raise
-        what = f"{type(error).__name__}: {error}"
-        warn(f"internal error: {what}\n  The fault is teleop-sim's. TELEOP_SIM_DEBUG=1 shows where it is.")
-    else:
-        return
-    raise typer.Exit(code)
-
-
-def _came_of_interruption(error: BaseException | None) -> bool:
-    """A compiled module that is interrupted while it is imported turns that into an ImportError of its own."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None

@@ -1,0 +1,192 @@
+"""Options of ``teleop-sim channel trace`` as one direction of a link; all that is wrong with them at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from teleop_sim.channel.jitter import UniformJitter
+from teleop_sim.channel.loss import Bernoulli
+from teleop_sim.channel.presets import Preset, preset
+from teleop_sim.channel.queueing import DISCIPLINES, DROPS
+from teleop_sim.channel.settings import DirectionSettings
+from teleop_sim.core.errors import BadInput, Problem, UnknownName
+from teleop_sim.core.streams import stream
+from teleop_sim.core.units import format_rate, format_time, parse_rate_bps, parse_time_s
+
+DRAWN_AFTER_S = 86400.0
+"""How long after the last message a preset's blackouts and rates are drawn; a trace of one with either ends then."""
+
+T = TypeVar("T")
+
+
+def _whole(text: str, where: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise BadInput((Problem(where, f"{_shown(text)} is no whole number from zero", "Give one, such as 1."),))
+    return value
+
+
+def _real(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise BadInput((Problem(where, f"{_shown(text)} is no number", "Give one, such as 0.16."),)) from None
+
+
+def _one_of(choices: Sequence[str]) -> Callable[[str, str], str]:
+    def parse(text: str, where: str) -> str:
+        if text not in choices:
+            raise UnknownName(where, text, tuple(choices))
+        return text
+
+    return parse
+
+
+def _jitter(text: str, where: str) -> UniformJitter:
+    return UniformJitter(0.0, parse_time_s(text, where))
+
+
+def _loss(text: str, where: str) -> Bernoulli:
+    value = _real(text, where)
+    if not 0.0 <= value <= 1.0:
+        raise BadInput((Problem(where, f"{_shown(text)} is no probability", "Give 0 to 1, such as 0.05."),))
+    return Bernoulli(value)
+
+
+def _blackout(text: str, where: str) -> tuple[float, float]:
+    start, dash, end = text.partition("-")
+    if not dash:
+        raise BadInput((Problem(where, f"{_shown(text)} is no stretch of time", "Give one, such as 10s-40s or 10s-."),))
+    return parse_time_s(start, where), parse_time_s(end, where) if end.strip() else math.inf
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= 40 else f"{text[:37]}...")
+
+
+FIELDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
+    "--latency": ("delay_s", parse_time_s),
+    "--jitter": ("jitter", _jitter),
+    "--loss": ("loss", _loss),
+    "--on-dark": ("on_dark", _one_of(("pause", "restart", "lose"))),
+    "--queue": ("queue_limit", _whole),
+    "--discipline": ("discipline", _one_of(tuple(DISCIPLINES))),
+    "--drop": ("drop", _one_of(DROPS)),
+    "--mtu": ("mtu_bytes", _whole),
+    "--header": ("header_bytes", _whole),
+    "--budget": ("budget_bits", _whole),
+}
+"""Option to the field of ``DirectionSettings`` that it sets and how its text is read."""
+
+RATES = {"--uplink": "up", "--downlink": "down"}
+
+
+@dataclass(frozen=True)
+class ChosenLink:
+    """What is traced: settings, name of the way, when to stop [s], seed, and words for a title."""
+
+    settings: DirectionSettings
+    way: str
+    until_s: float
+    seed: int
+    title: str
+
+
+def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s: float) -> ChosenLink:
+    """The direction that options (name to text, None: not given) ask for.
+
+    Args:
+        given: options.
+        blackouts: texts such as ``10s-40s``; any of them replaces the preset's.
+        last_s: when the last message is sent.
+
+    Raises:
+        BadInput: every problem of the options.
+
+    """
+    reader = _Reader(given)
+    chosen = reader.read("--preset", lambda text, _: preset(text))
+    rates = {way: reader.read(name, parse_rate_bps) for name, way in RATES.items()}
+    read = {field: reader.read(name, parse) for name, (field, parse) in FIELDS.items()}
+    changes: dict[str, Any] = {field: value for field, value in read.items() if value is not None}
+    if blackouts:
+        changes["blackouts"] = tuple(filter(None, (reader.parse("--blackout", _blackout, text) for text in blackouts)))
+    seed = reader.read("--seed", _whole) or 0
+    until_s = reader.read("--until", parse_time_s)
+    factor = reader.read("--real-time-factor", _real)
+    way = _way(given, chosen, rates, reader)
+    reader.done()
+    if rates.get(way) is not None:
+        changes |= {"rate_bps": rates[way], "rates": ()}
+    drawn_s = last_s + DRAWN_AFTER_S if until_s is None else until_s
+    base = DirectionSettings(math.inf, 0.0)
+    if chosen is not None:
+        rng = stream(seed, 0, f"link.{way}.blackouts")
+        base = chosen.settings(drawn_s, rng, way, 1.0 if factor is None else factor)
+    settings = replace(base, **changes)
+    if until_s is None:
+        # What is drawn is known up to here only.
+        until_s = drawn_s if base.blackouts or base.rates else math.inf
+    return ChosenLink(settings, way, until_s, seed, _title(chosen, way, settings))
+
+
+class _Reader:
+    """Reads options one after the other and keeps what is wrong with them."""
+
+    def __init__(self, given: Mapping[str, str | None]) -> None:
+        self._given = given
+        self.problems: list[Problem] = []
+
+    def read(self, name: str, parse: Callable[[str, str], T]) -> T | None:
+        text = self._given.get(name)
+        return None if text is None else self.parse(name, parse, text)
+
+    def parse(self, name: str, parse: Callable[[str, str], T], text: str) -> T | None:
+        try:
+            return parse(text, name)
+        except BadInput as error:
+            self.problems += error.problems
+            return None
+
+    def done(self) -> None:
+        if self.problems:
+            raise BadInput(tuple(self.problems))
+
+
+def _way(given: Mapping[str, str | None], chosen: Preset | None, rates: Mapping[str, object], reader: _Reader) -> str:
+    """Which way is meant; what is missing or does not exist goes to the reader's problems."""
+    asked = given.get("--direction")
+    way = asked or ("down" if given.get("--uplink") is None and given.get("--downlink") is not None else "up")
+    if given.get("--preset") is None:
+        if given.get("--uplink") is None and given.get("--downlink") is None:
+            hint = "Give --preset NAME (teleop-sim channel list) or --uplink RATE."
+            reader.problems.append(Problem("channel trace", "no link was given", hint))
+        elif way not in rates:
+            reader.parse("--direction", _one_of(tuple(rates)), way)
+        elif given.get(f"--{way}link") is None:
+            reader.problems.append(Problem("--direction", f"no rate was given for {way}", f"Add --{way}link RATE."))
+        if given.get("--real-time-factor") is not None:
+            what = "it needs a preset, whose limits may run in wall time"
+            reader.problems.append(Problem("--real-time-factor", what, "Add --preset NAME or leave it out."))
+    elif chosen is not None:
+        reader.parse("--direction", _one_of(tuple(chosen.ways)), way)
+    return way
+
+
+def _title(chosen: Preset | None, way: str, settings: DirectionSettings) -> str:
+    rate = rate_words(settings)
+    return f"{chosen.name if chosen else 'link'} {way}: {rate}, {format_time(settings.delay_s)} one way"
+
+
+def rate_words(settings: DirectionSettings) -> str:
+    """The rate, or the rates in turn, or the budget, in a few words."""
+    rates = tuple(dict.fromkeys(rate for _, rate in settings.rates)) or (settings.rate_bps,)
+    if settings.budget_bits < math.inf:
+        return f"{settings.budget_bits:.0f} bit in all"
+    return " / ".join("no limit" if math.isinf(rate) else format_rate(rate) for rate in rates)
