@@ -1,0 +1,220 @@
+"""Endpoints: what turns two directions that may lose packets into messages that arrive, once, or are given up.
+
+An endpoint sits at each site. It frames what its application sends, repeats it as its ``Delivery`` says, answers the
+other endpoint, and hands on what it may. All frames are packets of the directions and are charged there. Where
+neither side acknowledges, nothing is added and the packets are those of the bare link.
+
+Rules of the frames: data and their acknowledgements cost 3 bytes (flag, number); a best-effort message costs the flag
+byte if the other side acknowledges, else nothing. Topics of packets: the message's, ``ack`` and ``skip``.
+
+Not modelled: acknowledgements in the head of data, congestion control, round trips that are measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import simpy
+
+from teleop_sim.channel.arq import ACK, PLAIN, Delivery, Frame, SelectiveRepeat, StopAndWait, unpack_frame
+from teleop_sim.channel.custody import Custody, out_s
+from teleop_sim.channel.drops import GAVE_UP
+from teleop_sim.channel.fates import Book, Fate, Tell
+from teleop_sim.channel.halves import Notify, Receiver, Sender
+from teleop_sim.channel.link import Direction, LinkClosed, Receive
+from teleop_sim.channel.message import DirectionName
+from teleop_sim.core.records import Emit, PacketEnded, Record
+
+__all__ = [
+    "DELIVERIES",
+    "BestEffort",
+    "Connection",
+    "Custody",
+    "Delivery",
+    "Endpoint",
+    "Fate",
+    "SelectiveRepeat",
+    "StopAndWait",
+    "connect",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class BestEffort:
+    """Sent once, never answered: what the link loses is lost, and the order is the link's."""
+
+    acknowledged: ClassVar[bool] = False
+    in_order: ClassVar[bool] = False
+    knows_dark: ClassVar[bool] = False
+    window: ClassVar[int] = 1
+    timeout_s: ClassVar[float | None] = None
+    tries: ClassVar[float] = 1
+
+
+DELIVERIES: dict[str, type[Delivery]] = {
+    "best_effort": BestEffort,
+    "stop_and_wait": StopAndWait,
+    "selective_repeat": SelectiveRepeat,
+    "custody": Custody,
+}
+"""Name in a scenario to delivery; the fields are its keys."""
+
+
+def _ignore_fate(_: Fate) -> None:
+    pass
+
+
+def _ignore_news(_number: int, _acknowledged: bool) -> None:
+    pass
+
+
+class Endpoint:
+    """One site's end of both directions. Make two, then ``connect`` them.
+
+    Attributes:
+        delivery: how this site's messages get across.
+        book: counts and fates of this site's messages.
+
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        delivery: Delivery,
+        receive: Receive,
+        tell: Tell = _ignore_fate,
+        notify: Notify = _ignore_news,
+    ) -> None:
+        """``receive`` gets each message of the other site.
+
+        ``tell`` gets the fate of each message of this site, for the log; ``notify`` gets what the sender itself knows:
+        the number of a message and whether it was acknowledged or given up. A site acts on ``notify`` only.
+        """
+        self.delivery = delivery
+        self.book = Book(env, tell)
+        self._env = env
+        self._receive = receive
+        self._notify = notify
+        self._packets: dict[int, int] = {}
+        self._free_s: float = env.now
+        self._closed = False
+
+    def join(self, out: Direction, back: Direction, peer: Endpoint) -> None:
+        """Put the endpoint between its directions; ``connect`` does it for both."""
+        self._out = out
+        self._peer = peer
+        self._framed = self.delivery.acknowledged or peer.delivery.acknowledged
+        ways = (out.settings, back.settings)
+        self._sender = Sender(self._env, self.delivery, ways, self._transmit, self.book, self._notify)
+        self._receiver = Receiver(peer.delivery.window, peer.delivery.in_order)
+
+    def send(self, topic: str, payload: bytes, text: str = "", priority: int = 0) -> int:
+        """Entrust a message; returns its number among those of this endpoint, from 0.
+
+        Raises:
+            LinkClosed: after ``close``.
+
+        """
+        if self._closed:
+            raise LinkClosed(self._out.name, topic)
+        number = self.book.enter(topic, len(payload), text)
+        if self.delivery.acknowledged:
+            self._sender.offer(number, topic, payload, text, priority)
+            return number
+        self.book.copy(number)
+        # The packet may end within the send, for instance where a queue is full.
+        self._packets[self._out.sent] = number
+        self._offer(topic, Frame(PLAIN, payload=payload).pack() if self._framed else payload, text, priority)
+        return number
+
+    def arrived(self, data: bytes) -> None:
+        """What the direction towards this site calls with each payload.
+
+        Raises:
+            BadMessage: bytes that are no frame, although one side acknowledges.
+
+        """
+        if not self._framed:
+            self._receive(data)
+            return
+        frame = unpack_frame(data)
+        if frame.kind == PLAIN:
+            self._receive(frame.payload)
+        elif frame.kind == ACK:
+            self._sender.acknowledge(frame.number)
+        else:
+            self._take(frame)
+
+    def watch(self, emit: Emit) -> Emit:
+        """An ``emit`` for the direction out of this site, which lets the book see the ends of best-effort packets."""
+
+        def seen(record: Record) -> None:
+            emit(record)
+            if isinstance(record, PacketEnded):
+                self._plain_ended(record)
+
+        return seen
+
+    def close(self) -> None:
+        """End the run after the directions were closed: every open message gets its fate. Again: no effect."""
+        self._closed = True
+        self._sender.close()
+        self.book.close()
+
+    def _transmit(self, topic: str, frame: Frame, text: str, priority: int) -> float:
+        return self._offer(topic, frame.pack(), text, priority)
+
+    def _offer(self, topic: str, data: bytes, text: str, priority: int) -> float:
+        """Offer bytes to the link; when their turn should come, by what this endpoint has offered before [s]."""
+        turn_s = max(self._env.now, self._free_s)
+        self._free_s = out_s(self.delivery, turn_s, len(data), self._out.settings)
+        self._out.send(topic, data, text, priority)
+        return turn_s
+
+    def _take(self, frame: Frame) -> None:
+        """Answer every copy, for its acknowledgement may be what was lost; hand on what is new."""
+        taken, over = self._receiver.take(frame, self._env.now)
+        self._offer("ack", Frame(ACK, frame.number, frame.attempt).pack(), f"ack {frame.number}", 0)
+        for number in over:
+            self._peer.book.lose(number, GAVE_UP)
+        for one in taken:
+            self._peer.book.deliver(one.number, one.attempt, one.arrived_s)
+            self._receive(one.payload)
+
+    def _plain_ended(self, packet: PacketEnded) -> None:
+        if (number := self._packets.pop(packet.packet, None)) is None:
+            return
+        if packet.outcome == "delivered":
+            self.book.deliver(number, 1, packet.arrived_s)
+        elif packet.outcome == "dropped":
+            self.book.lose(number, packet.reason)
+
+
+MakeDirection = Callable[[DirectionName, Receive, Emit], Direction]
+"""Makes a direction of that name with its settings, its receiver and its place for records."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """Two endpoints and the directions between them: ``station`` sends ``up``, ``site`` sends ``down``."""
+
+    station: Endpoint
+    site: Endpoint
+    up: Direction
+    down: Direction
+
+    def close(self) -> None:
+        """End the run: packets first, then messages."""
+        for part in (self.up, self.down, self.station, self.site):
+            part.close()
+
+
+def connect(make: MakeDirection, station: Endpoint, site: Endpoint, emit: Emit) -> Connection:
+    """Make both directions and put the endpoints at their ends; packets are recorded through ``emit``."""
+    up = make("up", site.arrived, station.watch(emit))
+    down = make("down", station.arrived, site.watch(emit))
+    station.join(up, down, site)
+    site.join(down, up, station)
+    return Connection(station, site, up, down)
