@@ -1,25 +1,24 @@
-"""What the field site can say to the operator."""
+"""What the field site can say to the operator, but for pictures and clouds (``picture_messages.py``)."""
 
 from __future__ import annotations
 
 import math
+import zlib
 from typing import ClassVar, Literal, Self
 
-import numpy as np
-
-from teleop_sim.channel.codec import (
-    BadMessage,
-    grey_jpeg,
-    jpeg_pixels,
-    jpeg_size,
-    line_bytes,
-    line_text,
-    pack_counts,
-    pack_pose,
-    unpack_counts,
-    unpack_pose,
+from teleop_sim.channel.codec import BadMessage, line_bytes, line_text, pack_counts, unpack_counts
+from teleop_sim.channel.message import (
+    LEVEL_MAX,
+    UINT8_MAX,
+    UINT16_MAX,
+    UINT32_MAX,
+    Counts,
+    Message,
+    body_of,
+    index_of,
+    message,
 )
-from teleop_sim.channel.message import LEVEL_MAX, UINT8_MAX, UINT16_MAX, Counts, Message, body_of, index_of, message
+from teleop_sim.channel.quantise import Vector, pack_joints, pack_pose, unpack_joints, unpack_pose
 from teleop_sim.core.records import MODES
 
 RequestKind = Literal["confirm", "manual"]
@@ -35,6 +34,7 @@ _LOG_TIME_CHARS, _LOG_SEPARATOR, _LOG_END = 13, " : ", "\r\n"
 class MirrorUpdate(Counts):
     """The machine took a transition: ``edge`` is its number in the machine's table, which both sites hold."""
 
+    layout: ClassVar = "type, edge of the machine's table"
     limits: ClassVar = (UINT8_MAX,)
     edge: int
 
@@ -43,6 +43,7 @@ class MirrorUpdate(Counts):
 class ModeIs(Counts):
     """The machine is in the mode ``MODES[mode]``."""
 
+    layout: ClassVar = "type, mode"
     limits: ClassVar = (len(MODES) - 1,)
     mode: int
 
@@ -51,6 +52,7 @@ class ModeIs(Counts):
 class LevelIs(Counts):
     """The autonomy level in force at the field site, 0 (Off) to 3 (Full)."""
 
+    layout: ClassVar = "type, level"
     limits: ClassVar = (LEVEL_MAX,)
     level: int
 
@@ -62,20 +64,17 @@ class Request(Message):
     ``state`` and ``event`` are numbers in the machine's tables, 0 to 255; ``request`` is what an answer names.
     """
 
+    layout: ClassVar = "type, request (2), kind, state, event"
     limits: ClassVar = (UINT16_MAX, len(REQUEST_KINDS) - 1, UINT8_MAX, UINT8_MAX)
     request: int
     kind: RequestKind
     state: int
     event: int
 
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a number out of range or an unknown kind.
-
-        """
-        self.encode()
+    @classmethod
+    def example(cls) -> Self:
+        """May I?"""
+        return cls(1, "confirm", 7, 2)
 
     def encode(self) -> bytes:
         """Type, request (two bytes), kind, state, event."""
@@ -102,17 +101,17 @@ class LogLine(Message):
 
     """
 
+    layout: ClassVar = '13-character time, " : ", text in UTF-8, CR LF'
+    resolution: ClassVar = "time 1 ms"
+    source: ClassVar = "WPI, message_parser.py"
+
     time_s: float
     text: str
 
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a time that does not fit, or not one line of text.
-
-        """
-        self.encode()
+    @classmethod
+    def example(cls) -> Self:
+        """57 characters, WPI's typical line."""
+        return cls(285.4, "Handles detected: pitch 0.61 0.22 0.93, yaw 0.58 -0.2 0.9")
 
     def encode(self) -> bytes:
         """Time, separator, text and line end."""
@@ -136,54 +135,6 @@ class LogLine(Message):
         return cls(float(time), text)
 
 
-@message("down", "image", b"\x14")
-class Image(Message):
-    """A grey picture [px]. Sent as a type byte and the JPEG, which carries its own size."""
-
-    width: int
-    height: int
-    jpeg: bytes
-
-    def __post_init__(self) -> None:
-        """Refuse what would not decode to the same.
-
-        Raises:
-            BadMessage: no whole grey JPEG of this size.
-
-        """
-        if jpeg_size(self.jpeg, self.topic) != (self.width, self.height):
-            raise BadMessage(self.topic, f"the JPEG is not {self.width} x {self.height} px", "Use encode_image.")
-
-    def encode(self) -> bytes:
-        """The type byte and the JPEG."""
-        return self.marks + self.jpeg
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        jpeg = body_of(cls, payload)
-        return cls(*jpeg_size(jpeg, cls.topic), jpeg)
-
-    def pixels(self) -> np.ndarray:
-        """What the receiver sees, (height, width) uint8.
-
-        Raises:
-            BadMessage: a damaged JPEG.
-
-        """
-        return jpeg_pixels(self.jpeg, self.topic)
-
-
-def encode_image(pixels: np.ndarray, width: int, height: int, quality: int) -> Image:
-    """Compress an image, (h, w) or (h, w, 3) uint8, to a grey picture of ``width`` x ``height`` px; see ``grey_jpeg``.
-
-    Raises:
-        BadMessage: pixels of another shape or type, or a size or quality out of range.
-
-    """
-    return Image(width, height, grey_jpeg(pixels, width, height, quality))
-
-
 @message("down", "handle_pose", b"\x15")
 class HandlePose(Message):
     """Where the robot believes a handle to be, in the odometry frame.
@@ -195,18 +146,17 @@ class HandlePose(Message):
 
     """
 
+    layout: ClassVar = "type, handle, position (6), rotation vector (6)"
+    resolution: ClassVar = "1 mm up to ±32.767 m; 96 µrad up to ±pi"
+
     which: HandleName
-    position_m: tuple[float, float, float]
-    rotation_rad: tuple[float, float, float]
+    position_m: Vector
+    rotation_rad: Vector
 
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: an unknown handle or a number out of range.
-
-        """
-        self.encode()
+    @classmethod
+    def example(cls) -> Self:
+        """The yaw handle in front of the robot."""
+        return cls("yaw", (0.6, 0.1, 0.9), (0.0, 0.4, 0.0))
 
     def encode(self) -> bytes:
         """Type, handle, then six 16-bit numbers."""
@@ -219,3 +169,54 @@ class HandlePose(Message):
         body = body_of(cls, payload)
         (which,) = unpack_counts(body[:1], (len(HANDLES) - 1,), cls.topic)
         return cls(HANDLES[which], *unpack_pose(body[1:], cls.topic))
+
+
+@message("down", "sync_hash", b"\x16")
+class SyncHash(Counts):
+    """What the field site's copy of the mirrored state hashes to, for the control station to compare with its mirror's.
+
+    Attributes:
+        crc32: of the state's bytes, whose form both sites agree on. Two states whose bytes differ within 32 bits in a
+            row never hash alike; two that have nothing to do with each other do with probability 2**-32 = 2.3e-10.
+
+    Source of the hash: ITU-T V.42, 8.1.1.6.2 (the polynomial), as zlib computes it; the same in every process.
+
+    """
+
+    layout: ClassVar = "type, CRC-32 of the state (4)"
+    limits: ClassVar = (UINT32_MAX,)
+    crc32: int
+
+    @classmethod
+    def of(cls, state: bytes) -> Self:
+        """The hash of a state, given as bytes."""
+        return cls(zlib.crc32(state))
+
+
+@message("down", "joint_state", b"\x17")
+class JointState(Message):
+    """Where the joints are.
+
+    Attributes:
+        angles_rad: at most 255, in the robot's order, which both sites hold; sent to pi/2047 (1.53 mrad), at most ±pi.
+
+    """
+
+    layout: ClassVar = "type, count n, angles (1.5 n, rounded up)"
+    resolution: ClassVar = "1.53 mrad up to ±pi"
+
+    angles_rad: tuple[float, ...]
+
+    @classmethod
+    def example(cls) -> Self:
+        """Valkyrie's 32 joints without fingers."""
+        return cls(tuple(0.05 * joint - 0.8 for joint in range(32)))
+
+    def encode(self) -> bytes:
+        """Type, count, then 12 bits a joint."""
+        return self.marks + pack_joints(self.angles_rad, self.topic)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``, to the resolution stated above."""
+        return cls(unpack_joints(body_of(cls, payload), cls.topic))

@@ -11,7 +11,7 @@ from teleop_sim.channel.codec import BadMessage, pack_counts, unpack_counts
 
 DirectionName = Literal["up", "down"]
 
-UINT8_MAX, UINT16_MAX = 255, 65535
+UINT8_MAX, UINT16_MAX, UINT32_MAX = 255, 65535, 4294967295
 LEVEL_MAX = 3
 """Autonomy levels Off, Low, High, Full are 0 to 3."""
 
@@ -23,16 +23,44 @@ class Message(ABC):
         topic: label in logs.
         direction: of the link it is made for.
         marks: the first bytes that announce it; no two messages share one.
+        layout: the bytes in order, for people; a number in brackets is a count of bytes, else one.
+        resolution: of what comes back, for people.
+        source: of the layout.
+        packed: its size hangs on a compressor's build, so that an example's is about right only.
 
     """
 
     topic: ClassVar[str]
     direction: ClassVar[DirectionName]
     marks: ClassVar[bytes]
+    layout: ClassVar[str]
+    resolution: ClassVar[str] = "exact"
+    source: ClassVar[str] = "own"
+    packed: ClassVar[bool] = False
+    __match_args__: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    @abstractmethod
+    def example(cls) -> Self:
+        """A typical one, for the catalogue."""
+
+    def __post_init__(self) -> None:
+        """Refuse what could not be encoded.
+
+        Raises:
+            BadMessage: a field out of range.
+
+        """
+        self.encode()
 
     @abstractmethod
     def encode(self) -> bytes:
-        """The payload: all bytes that the link is charged for, before headers."""
+        """The payload: all bytes that the link is charged for, before headers.
+
+        Raises:
+            BadMessage: a field out of range; never of a message that was made.
+
+        """
 
     @classmethod
     @abstractmethod
@@ -73,7 +101,7 @@ def body_of(cls: type[Message], payload: bytes) -> bytes:
 
 @dataclass(frozen=True)
 class Counts(Message):
-    """A message of small whole numbers: its type byte, then one or two bytes each.
+    """A message of small whole numbers: its type byte, then one, two or four bytes each.
 
     Attributes:
         limits: the greatest value of each field; the least is 0.
@@ -82,14 +110,10 @@ class Counts(Message):
 
     limits: ClassVar[tuple[int, ...]] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: a field out of range.
-
-        """
-        self.encode()
+    @classmethod
+    def example(cls) -> Self:
+        """The greatest numbers: the size is always the same."""
+        return cls(*cls.limits)
 
     def encode(self) -> bytes:
         """The type byte and the fields in order."""

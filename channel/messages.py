@@ -2,45 +2,73 @@
 
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20. Text lines need none: a chat line starts with one of ``/*&|_$``,
-a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py`` or
-``down_messages.py``.
+a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
+``command_messages.py``, ``down_messages.py`` or ``picture_messages.py``, and its name here.
 """
 
 from __future__ import annotations
 
 from teleop_sim.channel.codec import BadMessage
+from teleop_sim.channel.command_messages import (
+    JOINT_GROUPS,
+    SIDES,
+    CartesianTarget,
+    FootstepGoal,
+    Force,
+    JointGroup,
+    JointTargets,
+    Side,
+    TemplatePose,
+    WalkCommand,
+)
 from teleop_sim.channel.down_messages import (
     HANDLES,
     REQUEST_KINDS,
     HandleName,
     HandlePose,
-    Image,
+    JointState,
     LevelIs,
     LogLine,
     MirrorUpdate,
     ModeIs,
     Request,
     RequestKind,
-    encode_image,
+    SyncHash,
 )
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
+from teleop_sim.channel.picture_messages import (
+    Image,
+    VoxelCloud,
+    WebpImage,
+    encode_image,
+    encode_voxels,
+    encode_webp,
+)
 from teleop_sim.channel.up_messages import Chat, Confirm, Reject, SetLevel, StopAll
 from teleop_sim.core.errors import UnknownName
 from teleop_sim.core.records import MODES
 
 __all__ = [
     "HANDLES",
+    "JOINT_GROUPS",
     "LEVEL_MAX",
     "MESSAGES",
     "MODES",
     "REQUEST_KINDS",
+    "SIDES",
     "BadMessage",
+    "CartesianTarget",
     "Chat",
     "Confirm",
     "DirectionName",
+    "FootstepGoal",
+    "Force",
     "HandleName",
     "HandlePose",
     "Image",
+    "JointGroup",
+    "JointState",
+    "JointTargets",
     "LevelIs",
     "LogLine",
     "Message",
@@ -50,11 +78,19 @@ __all__ = [
     "Request",
     "RequestKind",
     "SetLevel",
+    "Side",
     "StopAll",
+    "SyncHash",
+    "TemplatePose",
+    "VoxelCloud",
+    "WalkCommand",
+    "WebpImage",
     "decode_message",
     "decode_payload",
     "encode_image",
     "encode_message",
+    "encode_voxels",
+    "encode_webp",
 ]
 
 

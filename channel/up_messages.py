@@ -12,6 +12,7 @@ from teleop_sim.channel.message import LEVEL_MAX, UINT16_MAX, Counts, Message, m
 class Confirm(Counts):
     """The operator lets the suggested transition of a request pass."""
 
+    layout: ClassVar = "type, request (2)"
     limits: ClassVar = (UINT16_MAX,)
     request: int
 
@@ -20,6 +21,7 @@ class Confirm(Counts):
 class Reject(Counts):
     """The operator refuses the suggested transition of a request."""
 
+    layout: ClassVar = "type, request (2)"
     limits: ClassVar = (UINT16_MAX,)
     request: int
 
@@ -28,6 +30,7 @@ class Reject(Counts):
 class SetLevel(Counts):
     """The operator sets the autonomy level, 0 (Off) to 3 (Full)."""
 
+    layout: ClassVar = "type, level"
     limits: ClassVar = (LEVEL_MAX,)
     level: int
 
@@ -35,6 +38,9 @@ class SetLevel(Counts):
 @message("up", "stop_all", b"\x04")
 class StopAll(Counts):
     """The operator stops the robot. One byte, as Team ZARJ's stop (ZarjRobotics/srcsim2017, zarjcomm/message.py)."""
+
+    layout: ClassVar = "type"
+    source: ClassVar = "ZARJ, message.py"
 
 
 @message("up", "chat", b"/*&|_$")
@@ -45,16 +51,15 @@ class Chat(Message):
     src_bringup/scripts/message_parser.py.
     """
 
+    layout: ClassVar = "ASCII line, line feed"
+    source: ClassVar = "WPI, message_parser.py"
+
     text: str
 
-    def __post_init__(self) -> None:
-        """Refuse what could not be encoded.
-
-        Raises:
-            BadMessage: no ASCII line that starts with one of the marks.
-
-        """
-        self.encode()
+    @classmethod
+    def example(cls) -> Self:
+        """WPI's command to look for the handles again."""
+        return cls("/REDETECT_HANDLES_FROM_ERROR")
 
     def encode(self) -> bytes:
         """The line and its end."""
