@@ -13,7 +13,7 @@ import heapq
 from abc import ABC, abstractmethod
 from collections import OrderedDict, deque
 from collections.abc import Iterator
-from typing import Generic, Literal, Protocol, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 from teleop_sim.channel.drops import QUEUE_FULL, SUPERSEDED
 
@@ -83,6 +83,8 @@ class Priority(Waiting[T]):
     the least urgent goes, the newcomer included: the newest of them with ``tail``, the oldest with ``head``.
     """
 
+    ranked = True
+
     def __init__(self, limit: int = 0, drop: Drop = "tail") -> None:
         super().__init__(limit, drop)
         self._classes: dict[int, deque[T]] = {}
@@ -93,7 +95,7 @@ class Priority(Waiting[T]):
 
     def urgency(self, item: T) -> int:
         """Greater goes first."""
-        return item.priority
+        return item.priority if self.ranked else 0
 
     def push(self, item: T) -> tuple[T, str] | None:
         """See ``Waiting``."""
@@ -145,9 +147,7 @@ class Priority(Waiting[T]):
 class Fifo(Priority[T]):
     """First come, first served, whatever the priorities."""
 
-    def urgency(self, item: T) -> int:
-        """All alike."""
-        return 0
+    ranked = False
 
 
 class Newest(Waiting[T]):
@@ -194,5 +194,5 @@ class Newest(Waiting[T]):
 
 
 Discipline = Literal["fifo", "priority", "newest"]
-DISCIPLINES: dict[str, type[Waiting[Queued]]] = {"fifo": Fifo, "priority": Priority, "newest": Newest}
+DISCIPLINES: dict[str, type[Waiting[Any]]] = {"fifo": Fifo, "priority": Priority, "newest": Newest}
 """Name in settings to queue."""
