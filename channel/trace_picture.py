@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from teleop_sim.channel.blackouts import Schedule
 from teleop_sim.channel.trace import TraceRow
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ SUFFIXES = (".svg", ".png")
 WIDTH_IN, ROW_IN, LABELS_MAX, HEIGHT_MAX_IN = 10.0, 0.2, 60, 14.0
 
 
-def draw_trace(rows: Sequence[TraceRow], path: Path | str, title: str) -> None:
+def draw_trace(rows: Sequence[TraceRow], path: Path | str, title: str, blackouts: Schedule = ()) -> None:
     """Draw a trace. The same rows give the same bytes.
 
     The lengths of the pieces are the waits of the row; where a message waited twice for one reason (dark, light, dark)
@@ -38,6 +39,7 @@ def draw_trace(rows: Sequence[TraceRow], path: Path | str, title: str) -> None:
         rows: of ``trace``.
         path: of the picture; ``.svg`` or ``.png`` decides what it is.
         title: stands above it.
+        blackouts: shaded behind the bars.
 
     Raises:
         ValueError: the path ends otherwise.
@@ -50,11 +52,11 @@ def draw_trace(rows: Sequence[TraceRow], path: Path | str, title: str) -> None:
     import matplotlib as mpl
 
     with mpl.rc_context({"svg.hashsalt": "teleop-sim", "font.size": 8.0, "font.family": "DejaVu Sans"}):
-        figure = _figure(rows, title)
+        figure = _figure(rows, title, blackouts)
         figure.savefig(path, format=suffix[1:], dpi=130, metadata={"Date": None} if suffix == ".svg" else None)
 
 
-def _figure(rows: Sequence[TraceRow], title: str) -> Figure:
+def _figure(rows: Sequence[TraceRow], title: str, blackouts: Schedule) -> Figure:
     from matplotlib.figure import Figure
 
     height_in = min(HEIGHT_MAX_IN, 1.3 + ROW_IN * max(5, len(rows)))
@@ -65,7 +67,11 @@ def _figure(rows: Sequence[TraceRow], title: str) -> Figure:
     ax.set_title(title, loc="left", parse_math=False)
     ax.set_xlabel("time [s]")
     ax.set_ylim(max(len(rows), 1) - 0.4, -0.6)
-    ax.set_xlim(left=0.0)
+    end_s = 1.05 * max([_end_s(row) for row in rows], default=1.0) or 1.0
+    ax.set_xlim(0.0, end_s)
+    for start_s, stop_s in blackouts:
+        if start_s < end_s:
+            ax.axvspan(start_s, min(stop_s, end_s), color="#eeeeee", linewidth=0.0, zorder=0.0)
     if len(rows) <= LABELS_MAX:
         ax.set_yticks(range(len(rows)), [f"{_short(row.topic)}  {row.bytes} B  {row.id}" for row in rows])
         for label in ax.get_yticklabels():

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from teleop_sim.channel.presets import Preset
     from teleop_sim.channel.settings import DirectionSettings
     from teleop_sim.channel.trace import TraceRow
+    from teleop_sim.cli_link import ChosenLink
 
 channel_app = typer.Typer(no_args_is_help=True, help="Try a link alone: list and show presets, trace messages.")
 
@@ -110,7 +111,7 @@ def _way_lines(made: Preset, way: str) -> list[str]:
 def trace_command(
     messages: Annotated[
         str,
-        typer.Argument(help="CSV: time [s], topic, bytes, priority (if any). -: stdin.", metavar="MESSAGES.csv"),
+        typer.Argument(help="CSV: time in s, topic, bytes, priority (if any). -: stdin.", metavar="MESSAGES.csv"),
     ],
     preset: Annotated[
         str | None, typer.Option(help="See channel list.", autocompletion=_complete_preset, metavar="NAME")
@@ -132,8 +133,8 @@ def trace_command(
     queue: Annotated[str | None, typer.Option(help="Packets that may wait; 0: no limit.", metavar="N")] = None,
     discipline: Annotated[str | None, typer.Option(help="fifo, priority or newest.", metavar="NAME")] = None,
     drop: Annotated[str | None, typer.Option(help="Who goes from a full queue: tail or head.", metavar="END")] = None,
-    mtu: Annotated[str | None, typer.Option(help="Largest packet [bytes]; 0: no limit.", metavar="N")] = None,
-    header: Annotated[str | None, typer.Option(help="Header of each packet [bytes].", metavar="N")] = None,
+    mtu: Annotated[str | None, typer.Option(help="Largest packet in bytes; 0: no limit.", metavar="N")] = None,
+    header: Annotated[str | None, typer.Option(help="Header of each packet in bytes.", metavar="N")] = None,
     budget: Annotated[str | None, typer.Option(help="Bits that may be sent in all.", metavar="BITS")] = None,
     real_time_factor: Annotated[
         str | None,
@@ -171,7 +172,7 @@ def trace_command(
     }
     with errors_shown():
         _refuse_picture(plot)
-        rows, title = _traced(messages, given, blackout or [])
+        rows, chosen = _traced(messages, given, blackout or [])
         if as_csv or plot is None:
             from teleop_sim.channel.trace import trace_csv
 
@@ -179,7 +180,7 @@ def trace_command(
         if plot is not None:
             from teleop_sim.channel.trace_picture import draw_trace
 
-            draw_trace(rows, plot, title)
+            draw_trace(rows, plot, chosen.title, chosen.settings.blackouts)
             if not as_csv:
                 say(f"wrote {plot}")
 
@@ -191,8 +192,10 @@ def _refuse_picture(plot: Path | None) -> None:
         raise BadInput((Problem("--plot", f"{plot} is no .svg or .png", "Name the file so."),))
 
 
-def _traced(messages: str, given: dict[str, str | None], blackouts: list[str]) -> tuple[tuple[TraceRow, ...], str]:
-    """The rows and a title; problems of the file and of the options together."""
+def _traced(
+    messages: str, given: dict[str, str | None], blackouts: list[str]
+) -> tuple[tuple[TraceRow, ...], ChosenLink]:
+    """The rows and the link; problems of the file and of the options together."""
     from teleop_sim.channel.trace import Offer, read_offers, trace
     from teleop_sim.cli_link import link_from
     from teleop_sim.core.streams import stream
@@ -211,7 +214,7 @@ def _traced(messages: str, given: dict[str, str | None], blackouts: list[str]) -
         raise BadInput(tuple(problems))
     rng = stream(chosen.seed, 0, f"link.{chosen.way}")
     way: DirectionName = "up" if chosen.way == "up" else "down"
-    return trace(offers, chosen.settings, rng, way, chosen.until_s), chosen.title
+    return trace(offers, chosen.settings, rng, way, chosen.until_s), chosen
 
 
 def _text(messages: str) -> str:

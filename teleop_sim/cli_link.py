@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from teleop_sim.channel.jitter import UniformJitter
 from teleop_sim.channel.loss import Bernoulli
-from teleop_sim.channel.presets import Preset, preset
+from teleop_sim.channel.presets import PRESETS, Preset
 from teleop_sim.channel.queueing import DISCIPLINES, DROPS
 from teleop_sim.channel.settings import DirectionSettings
 from teleop_sim.core.errors import BadInput, Problem, UnknownName
@@ -54,8 +54,10 @@ def _jitter(text: str, where: str) -> UniformJitter:
 
 def _loss(text: str, where: str) -> Bernoulli:
     value = _real(text, where)
-    if not 0.0 <= value <= 1.0:
-        raise BadInput((Problem(where, f"{_shown(text)} is no probability", "Give 0 to 1, such as 0.05."),))
+    if not 0.0 <= value < 1.0:
+        raise BadInput(
+            (Problem(where, f"{_shown(text)} is no probability", "Give 0 or more and less than 1, such as 0.05."),)
+        )
     return Bernoulli(value)
 
 
@@ -64,6 +66,19 @@ def _blackout(text: str, where: str) -> tuple[float, float]:
     if not dash:
         raise BadInput((Problem(where, f"{_shown(text)} is no stretch of time", "Give one, such as 10s-40s or 10s-."),))
     return parse_time_s(start, where), parse_time_s(end, where) if end.strip() else math.inf
+
+
+def _end(text: str, where: str) -> float:
+    value_s = parse_time_s(text, where)
+    if value_s <= 0.0:
+        raise BadInput((Problem(where, "nothing happens in no time", "Give above zero, such as 3min."),))
+    return value_s
+
+
+def _preset(text: str, where: str) -> Preset:
+    if text not in PRESETS:
+        raise UnknownName(where, text, tuple(PRESETS))
+    return PRESETS[text]
 
 
 def _shown(text: str) -> str:
@@ -111,29 +126,41 @@ def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s:
 
     """
     reader = _Reader(given)
-    chosen = reader.read("--preset", lambda text, _: preset(text))
+    chosen = reader.read("--preset", _preset)
     rates = {way: reader.read(name, parse_rate_bps) for name, way in RATES.items()}
     read = {field: reader.read(name, parse) for name, (field, parse) in FIELDS.items()}
     changes: dict[str, Any] = {field: value for field, value in read.items() if value is not None}
     if blackouts:
         changes["blackouts"] = tuple(filter(None, (reader.parse("--blackout", _blackout, text) for text in blackouts)))
     seed = reader.read("--seed", _whole) or 0
-    until_s = reader.read("--until", parse_time_s)
+    until_s = reader.read("--until", _end)
     factor = reader.read("--real-time-factor", _real)
     way = _way(given, chosen, rates, reader)
     reader.done()
     if rates.get(way) is not None:
         changes |= {"rate_bps": rates[way], "rates": ()}
-    drawn_s = last_s + DRAWN_AFTER_S if until_s is None else until_s
+    drawn_s = max(last_s, until_s or 0.0) + DRAWN_AFTER_S
     base = DirectionSettings(math.inf, 0.0)
     if chosen is not None:
         rng = stream(seed, 0, f"link.{way}.blackouts")
         base = chosen.settings(drawn_s, rng, way, 1.0 if factor is None else factor)
-    settings = replace(base, **changes)
+    settings = _changed(base, changes)
     if until_s is None:
         # What is drawn is known up to here only.
         until_s = drawn_s if base.blackouts or base.rates else math.inf
     return ChosenLink(settings, way, until_s, seed, _title(chosen, way, settings))
+
+
+def _changed(base: DirectionSettings, changes: Mapping[str, Any]) -> DirectionSettings:
+    """The settings with changes; what is wrong with them is told by the names of the options."""
+    names = {field: name for name, (field, _) in FIELDS.items()} | {"blackouts": "--blackout"}
+    try:
+        return replace(base, **changes)
+    except BadInput as error:
+        told = (
+            replace(problem, where=names.get(problem.where.split("[")[0], problem.where)) for problem in error.problems
+        )
+        raise BadInput(tuple(told)) from None
 
 
 class _Reader:
