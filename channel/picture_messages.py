@@ -197,7 +197,8 @@ class VoxelCloud(Message):
         try:
             head = _CLOUD_HEAD.pack(self.voxel_mm, *self.origin, self.depth)
         except struct.error:
-            raise BadMessage(self.topic, f"origin {self.origin}", "Give three whole numbers within ±32767.") from None
+            came = f"{self.voxel_mm} mm, origin {self.origin}, depth {self.depth}"
+            raise BadMessage(self.topic, came, "Give whole numbers, and an origin of three within ±32767.") from None
         return self.marks + head + self.octree
 
     @classmethod

@@ -7,9 +7,11 @@ import pickle
 
 import numpy as np
 import pytest
+import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.messages import (
     HANDLES,
     JOINT_GROUPS,
@@ -148,6 +150,34 @@ def test_a_cut_message_is_bad(topic, data):
         decode_message(topic, payload[:-1])
     with pytest.raises(BadMessage):
         decode_payload(b"")
+
+
+@pytest.mark.parametrize(
+    ("message", "payload"),
+    [
+        (Confirm(258), "01 0102"),
+        (Reject(65535), "02 ffff"),
+        (SetLevel(3), "03 03"),
+        (StopAll(), "04"),
+        (Force(7), "05 07"),
+        (TemplatePose(3, (1.0, -0.001, 0.0), (math.pi, 0.0, -math.pi)), "06 03 03e8ffff0000 7fff00008001"),
+        (FootstepGoal(2.5, -0.005, math.pi), "07 01f4 ffff 7fff"),
+        (CartesianTarget("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "08 01 0000000003e8 000000000000"),
+        (JointTargets("neck", (math.pi, 0.0, -math.pi)), "09 05 03 7ff 000 801 0"),
+        (MirrorUpdate(7), "10 07"),
+        (ModeIs(2), "11 02"),
+        (LevelIs(1), "12 01"),
+        (Request(258, "manual", 4, 5), "13 0102 01 04 05"),
+        (HandlePose("yaw", (1.0, 0.0, -1.0), (0.0, math.pi, 0.0)), "15 01 03e80000fc18 00007fff0000"),
+        (SyncHash(0xCBF43926), "16 cbf43926"),
+        (JointState((-math.pi,)), "17 01 801 0"),
+        (Chat("/RESTART"), b"/RESTART\n".hex()),
+        (LogLine(1.5, "\N{DEGREE SIGN}"), b"000000001.500 : \xc2\xb0\r\n".hex()),
+    ],
+)
+def test_the_bytes_are_those_written_down(message, payload):
+    # By hand from the layouts in docs/messages.md: an old log must stay readable.
+    assert message.encode().hex() == payload.replace(" ", "")
 
 
 def test_first_bytes_tell_all_messages_apart_and_text_from_binary():
@@ -348,8 +378,19 @@ def test_the_walk_command_is_zarjs():
     walk = WalkCommand(1.5, -0.25, 0.5, True, 2.0).encode()
     # struct.pack("!Bfff?f", ...) of ZarjWalkCommand, but for the type byte; numbers of IEEE 754 by hand.
     assert walk[1:].hex() == "3fc00000be8000003f0000000140000000"
-    # 18 bytes at 64 bit/s, then 10 s.
-    assert 8 * len(walk) / 64 + 10 == 12.25
+
+
+def test_a_walk_command_takes_12_25_s_over_64_bit_s_and_10_s():
+    env, arrived = simpy.Environment(), []
+    link = Direction(
+        env, "up", DirectionSettings(64.0, 10.0), lambda payload: arrived.append((env.now, payload)), lambda _: None
+    )
+    walk = WalkCommand.example()
+    link.send(*encode_message(walk))
+    env.run()
+    ((arrived_s, payload),) = arrived
+    # 18 * 8 / 64 = 2.25 s on the wire; every term is exact in binary.
+    assert (arrived_s, len(payload), decode_payload(payload)) == (12.25, 18, walk)
 
 
 def test_the_hash_is_the_common_crc_and_sees_every_burst():
