@@ -26,6 +26,9 @@ from teleop_sim.channel.settings import DirectionSettings
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.records import Emit
 
+GRAIN_S = 1e-9
+"""Rounding of a time [s], with room to spare: light or dark as short as this is none. Rounding decides no fate."""
+
 _start_of = itemgetter(0)
 
 
@@ -149,7 +152,7 @@ class Radio(Carrier):
         # Who is told of a drop may send at once, and find the radio free.
         while self._wake is None and len(self._waiting):
             turn_s = max(self._env.now, self._free_s)
-            light_s = first_light(turn_s, self.settings.blackouts)
+            light_s = self._first_chance(turn_s)
             if light_s > turn_s:
                 # Who is next is settled when it gets light: more urgent and newer ones may come.
                 self._free_s = light_s
@@ -160,6 +163,13 @@ class Radio(Carrier):
                 continue
             self._begin(load, turn_s)
             return
+
+    def _first_chance(self, t_s: float) -> float:
+        """When a fragment may begin: in the light, and with some of it left if the dark would cut it off."""
+        link = self.settings
+        late_s = t_s if link.on_dark == "pause" else t_s + GRAIN_S
+        light_s = first_light(late_s, link.blackouts)
+        return light_s if light_s > late_s else t_s
 
     def _afford(self, load: Load) -> bool:
         """Take the whole packet from the budget, or drop it. What is sent again is not charged again."""
@@ -182,7 +192,7 @@ class Radio(Carrier):
             self._cut, self._until_s = False, finish_of(self._began_s, bits, self._rates, link.blackouts)
         else:
             whole_s, dark_s = finish_of(self._began_s, bits, self._rates, ()), next_dark(self._began_s, link.blackouts)
-            self._cut, self._until_s = whole_s > dark_s, min(whole_s, dark_s)
+            self._cut, self._until_s = whole_s > dark_s + GRAIN_S, min(whole_s, dark_s)
         self._wake_at(self._until_s)
 
     def _wake_at(self, t_s: float) -> None:
@@ -227,7 +237,7 @@ class Radio(Carrier):
         # Two draws a fragment whatever happens to it, so that blackouts do not shift them.
         self._bad, lost = link.loss.step(self._bad, self._loss_rng)
         fragile = link.on_dark_flight == "lose" and load.flight_s > 0.0
-        if fragile and next_dark(self._began_s, link.blackouts) < self._until_s + load.flight_s:
+        if fragile and next_dark(self._began_s, link.blackouts) < self._until_s + load.flight_s - GRAIN_S:
             return BLACKOUT
         return LOST if lost else ""
 

@@ -172,6 +172,16 @@ def test_a_budget_runs_out_at_the_very_bit_headers_included(budget_bits, fates):
     assert run.fates == fates
 
 
+# osrf/cloudsim-legacy @01ea7dd yaml/tasks_dress_rehearsal.yaml: uplink bits of the VRC's five runs.
+@pytest.mark.parametrize("budget_bits", [29_491_200, 7_372_800, 1_843_200, 460_800, 115_200])
+def test_every_budget_of_the_vrc_runs_out_at_the_right_bit(budget_bits):
+    sends = [(0.0, budget_bits // 8 - 29), (1.0, 2), (2.0, 1), (3.0, 0)]
+    run = Run(DirectionSettings(math.inf, 0.5, header_bytes=14, budget_bits=budget_bits), sends)
+    # The first leaves 15 bytes: 14 of header and one of payload.
+    assert run.fates == ["delivered", "budget", "delivered", "budget"]
+    assert run.link.delivered_bits == budget_bits
+
+
 def test_what_is_left_of_a_budget_serves_a_smaller_packet():
     run = Run(DirectionSettings(math.inf, 0.0, budget_bits=80), [(0.0, 8), (1.0, 3), (2.0, 2), (3.0, 1)])
     assert run.fates == ["delivered", "budget", "delivered", "budget"]
@@ -254,6 +264,23 @@ def test_a_direction_that_stays_dark_neither_delivers_nor_hangs(on_dark):
     assert run.fates[1] == ("blackout" if on_dark == "lose" else "in_flight")
     assert run.packets[2].blackout_s == 95.0
     assert run.link.utilisation() == pytest.approx(0.02, abs=1e-12)
+
+
+@pytest.mark.parametrize("on_dark", ["restart", "lose"])
+def test_rounding_decides_no_fate(on_dark):
+    # Ten times 0.1 s is 1 - 1.1e-16 s: the eleventh does not begin in the rest of the light.
+    assert sum([0.1] * 10) < 1.0
+    run = Run(DirectionSettings(80.0, 0.0, blackouts=((1.0, 2.0),), on_dark=on_dark), [(0.0, 1)] * 11)
+    assert run.fates == ["delivered"] * 11
+    assert run.packets[10].service_s == 2.0
+    assert run.packets[10].retransmission_s == 0.0
+    # Three times 0.1 s is 0.3 + 5.6e-17 s: the third is out in time.
+    assert sum([0.1] * 3) > 0.3
+    run = Run(DirectionSettings(80.0, 0.0, blackouts=((0.3, 2.0),), on_dark=on_dark), [(0.0, 1)] * 3)
+    assert run.times == pytest.approx([0.1, 0.2, 0.3], rel=0, abs=TOLERANCE_S)
+    # Out at 0.2 s, in the air for 0.1 s.
+    run = Run(DirectionSettings(80.0, 0.1, blackouts=((0.3, 2.0),), on_dark=on_dark, on_dark_flight="lose"), [(0.1, 1)])
+    assert run.fates == ["delivered"]
 
 
 # Order, jitter, loss --------------------------------------------------------------------------------------------------
