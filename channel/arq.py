@@ -1,7 +1,7 @@
 """Automatic repeat request: frames on the wire, time-outs, and two deliveries made of them.
 
-A frame is a flag byte, a number of two bytes (big-endian) and, in data, the payload. Low half of the flag byte: what
-it is; high half: which try of the message, modulo 16. The link is charged for all of it.
+A frame is a flag byte that says what it is, a number of two bytes (big-endian) and, in data, the payload. The link is
+charged for all of it.
 
 State that a real implementation would hold: the sender two numbers (4 bytes), and for each message in its window the
 payload, a try and an alarm (payload + 10 bytes); the receiver one number (2 bytes), and for each message held back its
@@ -31,17 +31,15 @@ _MARGIN, _MARGIN_MIN_S = 0.1, 0.01
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What crosses: ``number`` and ``attempt`` as they fit on the wire, 0 to 65535 and 0 to 15."""
+    """What crosses: ``number`` as it fits on the wire, 0 to 65535."""
 
     kind: int
     number: int = 0
-    attempt: int = 0
     payload: bytes = b""
 
     def pack(self) -> bytes:
         """Bytes on the wire; a plain frame has no number."""
-        flag = bytes((self.kind | self.attempt << 4,))
-        return flag + (b"" if self.kind == PLAIN else self.number.to_bytes(2, "big")) + self.payload
+        return bytes((self.kind,)) + (b"" if self.kind == PLAIN else self.number.to_bytes(2, "big")) + self.payload
 
 
 def unpack_frame(data: bytes) -> Frame:
@@ -51,13 +49,13 @@ def unpack_frame(data: bytes) -> Frame:
         BadMessage: the bytes are no frame.
 
     """
-    kind = data[0] & 15 if data else -1
+    kind = data[0] if data else -1
     if kind == PLAIN:
-        return Frame(PLAIN, 0, data[0] >> 4, data[1:])
+        return Frame(PLAIN, payload=data[1:])
     if kind not in (DATA, ACK, SKIP) or len(data) < FRAME_BYTES or (kind != DATA and len(data) > FRAME_BYTES):
         hint = "Both ends of a link must be told the same deliveries."
         raise BadMessage("frame", f"{len(data)} bytes that start with {data[:3].hex() or 'nothing'}", hint)
-    return Frame(kind, int.from_bytes(data[1:3], "big"), data[0] >> 4, data[3:])
+    return Frame(kind, int.from_bytes(data[1:3], "big"), data[3:])
 
 
 def frame_bits(settings: DirectionSettings, frame_bytes: int) -> int:

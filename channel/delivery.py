@@ -20,7 +20,6 @@ import simpy
 
 from teleop_sim.channel.arq import ACK, PLAIN, Delivery, Frame, SelectiveRepeat, StopAndWait, unpack_frame
 from teleop_sim.channel.custody import Custody, out_s
-from teleop_sim.channel.drops import GAVE_UP
 from teleop_sim.channel.fates import Book, Fate, Tell
 from teleop_sim.channel.halves import Notify, Receiver, Sender
 from teleop_sim.channel.link import Direction, LinkClosed, Receive
@@ -93,11 +92,10 @@ class Endpoint:
         the number of a message and whether it was acknowledged or given up. A site acts on ``notify`` only.
         """
         self.delivery = delivery
-        self.book = Book(env, tell)
+        self.book = Book(env, tell, best_effort=not delivery.acknowledged)
         self._env = env
         self._receive = receive
         self._notify = notify
-        self._packets: dict[int, int] = {}
         self._free_s: float = env.now
         self._closed = False
 
@@ -123,10 +121,8 @@ class Endpoint:
         if self.delivery.acknowledged:
             self._sender.offer(number, topic, payload, text, priority)
             return number
-        self.book.copy(number)
-        # The packet may end within the send, for instance where a queue is full.
-        self._packets[self._out.sent] = number
-        self._offer(topic, Frame(PLAIN, payload=payload).pack() if self._framed else payload, text, priority)
+        data = Frame(PLAIN, payload=payload).pack() if self._framed else payload
+        self._offer(topic, data, text, priority, number)
         return number
 
     def arrived(self, data: bytes) -> None:
@@ -148,12 +144,12 @@ class Endpoint:
             self._take(frame)
 
     def watch(self, emit: Emit) -> Emit:
-        """An ``emit`` for the direction out of this site, which lets the book see the ends of best-effort packets."""
+        """An ``emit`` for the direction out of this site, which keeps the book."""
 
         def seen(record: Record) -> None:
             emit(record)
             if isinstance(record, PacketEnded):
-                self._plain_ended(record)
+                self.book.packet_ended(record)
 
         return seen
 
@@ -163,11 +159,14 @@ class Endpoint:
         self._sender.close()
         self.book.close()
 
-    def _transmit(self, topic: str, frame: Frame, text: str, priority: int) -> float:
-        return self._offer(topic, frame.pack(), text, priority)
+    def _transmit(self, topic: str, frame: Frame, text: str, priority: int, copy_of: int | None) -> float:
+        return self._offer(topic, frame.pack(), text, priority, copy_of)
 
-    def _offer(self, topic: str, data: bytes, text: str, priority: int) -> float:
+    def _offer(self, topic: str, data: bytes, text: str, priority: int, copy_of: int | None) -> float:
         """Offer bytes to the link; when their turn should come, by what this endpoint has offered before [s]."""
+        if copy_of is not None:
+            # Before the send: the packet may end within it, where a queue is full.
+            self.book.copy(copy_of, self._out.sent)
         turn_s = max(self._env.now, self._free_s)
         self._free_s = out_s(self.delivery, turn_s, len(data), self._out.settings)
         self._out.send(topic, data, text, priority)
@@ -175,21 +174,13 @@ class Endpoint:
 
     def _take(self, frame: Frame) -> None:
         """Answer every copy, for its acknowledgement may be what was lost; hand on what is new."""
-        taken, over = self._receiver.take(frame, self._env.now)
-        self._offer("ack", Frame(ACK, frame.number, frame.attempt).pack(), f"ack {frame.number}", 0)
+        taken, over = self._receiver.take(frame)
+        self._offer("ack", Frame(ACK, frame.number).pack(), f"ack {frame.number}", 0, None)
         for number in over:
-            self._peer.book.lose(number, GAVE_UP)
+            self._peer.book.passed_over(number)
         for one in taken:
-            self._peer.book.deliver(one.number, one.attempt, one.arrived_s)
+            self._peer.book.deliver(one.number)
             self._receive(one.payload)
-
-    def _plain_ended(self, packet: PacketEnded) -> None:
-        if (number := self._packets.pop(packet.packet, None)) is None:
-            return
-        if packet.outcome == "delivered":
-            self.book.deliver(number, 1, packet.arrived_s)
-        elif packet.outcome == "dropped":
-            self.book.lose(number, packet.reason)
 
 
 MakeDirection = Callable[[DirectionName, Receive, Emit], Direction]

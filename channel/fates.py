@@ -1,20 +1,20 @@
 """What became of every message that was entrusted to a delivery: the account of a run, not part of any protocol.
 
 A packet is one copy on the wire and ends in one ``link/packet`` record. A message may need many packets and ends in
-one ``Fate``. Neither site acts on this account; what a sender may know, acknowledgements tell it.
+one ``Fate``. The account is kept from the records of the packets. Neither site acts on it; what a sender may know,
+acknowledgements tell it.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import simpy
 
-TRIES_TOLD_APART = 16
-"""Copies of one message that the wire tells apart: four bits of the flag byte."""
+from teleop_sim.channel.drops import GAVE_UP
+from teleop_sim.core.records import PacketEnded
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Fate:
         payload_bytes: of the message, without what the delivery adds.
         outcome: ``delivered`` (the other site's application got it), ``gave_up`` (it never will) or ``in_flight``
             (the run ended first).
-        reason: of a best-effort packet that was dropped, as in its record; else empty.
+        reason: of ``gave_up``: the name ``gave_up``, or of a best-effort packet why it was dropped; else empty.
         tries: copies offered to the link.
         offered_s: when the application handed it over.
         ended_s: when it was delivered, given up, or the run ended.
@@ -61,20 +61,30 @@ Tell = Callable[[Fate], None]
 
 @dataclass(slots=True)
 class _Open:
-    """A message without a fate; ``copies``: (try, when) of the latest copies."""
+    """A message without a fate; ``on_way``: copies whose packets have not ended. A time is NaN before it comes."""
 
     topic: str
     payload_bytes: int
     text: str
     offered_s: float
     tries: int = 0
+    on_way: int = 0
     first_s: float = math.nan
+    copy_s: float = math.nan
+    arrived_s: float = math.nan
     gave_up_s: float = math.nan
-    copies: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=TRIES_TOLD_APART))
+
+    @property
+    def arrived(self) -> bool:
+        return not math.isnan(self.arrived_s)
+
+    @property
+    def abandoned(self) -> bool:
+        return not math.isnan(self.gave_up_s)
 
 
 class Book:
-    """The messages of one sender until their fate is known. It holds only open messages.
+    """The messages of one sender until their fate is known. It holds only open messages and packets.
 
     Attributes:
         offered: messages entered.
@@ -83,11 +93,14 @@ class Book:
 
     """
 
-    def __init__(self, env: simpy.Environment, tell: Tell) -> None:
+    def __init__(self, env: simpy.Environment, tell: Tell, best_effort: bool) -> None:
+        """``best_effort``: the end of a packet is that of its message."""
         self.offered = self.delivered = self.gave_up = 0
         self._env = env
         self._tell = tell
+        self._best_effort = best_effort
         self._open: dict[int, _Open] = {}
+        self._packets: dict[int, int] = {}
 
     @property
     def in_flight(self) -> int:
@@ -101,48 +114,74 @@ class Book:
         self._open[number] = _Open(topic, payload_bytes, text, self._env.now)
         return number
 
-    def copy(self, number: int) -> None:
-        """A copy is offered to the link now."""
+    def copy(self, number: int, packet: int) -> None:
+        """A copy is offered to the link now, as the packet of that number."""
         if (entry := self._open.get(number)) is None:
-            # It was delivered, but no acknowledgement came.
+            # It was delivered, but no acknowledgement has come.
             return
+        self._packets[packet] = number
         entry.tries += 1
+        entry.on_way += 1
         if entry.tries == 1:
             entry.first_s = self._env.now
-        entry.copies.append((entry.tries, self._env.now))
+        if not entry.arrived:
+            entry.copy_s = self._env.now
+
+    def packet_ended(self, packet: PacketEnded) -> None:
+        """The record of a packet is written. If it was delivered, its receiver is told after this."""
+        number = self._packets.pop(packet.packet, -1)
+        if (entry := self._open.get(number)) is None or packet.outcome == "in_flight":
+            return
+        entry.on_way -= 1
+        if packet.outcome == "dropped":
+            if self._best_effort:
+                self._lose(number, packet.reason)
+            else:
+                self._lose_if_hopeless(number)
+        elif not entry.arrived:
+            entry.copy_s, entry.arrived_s = packet.sent_s, packet.arrived_s
+            if self._best_effort:
+                self.deliver(number)
 
     def abandon(self, number: int) -> None:
-        """The sender gives up now. A copy on its way may still arrive, so this is no fate yet."""
+        """The sender gives up now. While a copy is on its way, which may arrive, this is no fate yet."""
         if (entry := self._open.get(number)) is not None:
             entry.gave_up_s = self._env.now
+            self._lose_if_hopeless(number)
 
-    def deliver(self, number: int, attempt: int, arrived_s: float) -> None:
-        """The application gets it now, from the copy that came at ``arrived_s``; ``attempt``: its try modulo 16."""
-        entry = self._open.pop(number)
-        copy_s = next(s for n, s in reversed(entry.copies) if n % TRIES_TOLD_APART == attempt)
+    def passed_over(self, number: int) -> None:
+        """The receiver will not take this number any more."""
+        if number in self._open:
+            self._lose(number, GAVE_UP)
+
+    def deliver(self, number: int) -> None:
+        """The application gets it now."""
         self.delivered += 1
-        self._end(number, entry, "delivered", "", self._env.now, copy_s, arrived_s)
-
-    def lose(self, number: int, reason: str) -> None:
-        """It can no longer be delivered. It ended when the sender gave up; if it has not, now."""
-        entry = self._open.pop(number)
-        ended_s = self._env.now if math.isnan(entry.gave_up_s) else entry.gave_up_s
-        self.gave_up += 1
-        self._end(number, entry, "gave_up", reason, ended_s, *_last(entry, ended_s))
+        self._end(number, "delivered", "", self._env.now)
 
     def close(self) -> None:
-        """The run ends: what is open is given up, if its sender has, or in flight. In order of number."""
+        """The run ends: what is open is given up, if its sender has and no copy is there, or in flight."""
         for number, entry in sorted(self._open.items()):
-            gave_up = not math.isnan(entry.gave_up_s)
-            self.gave_up += gave_up
-            ended_s = entry.gave_up_s if gave_up else self._env.now
-            self._end(number, entry, "gave_up" if gave_up else "in_flight", "", ended_s, *_last(entry, ended_s))
-        self._open.clear()
+            if entry.abandoned and not entry.arrived:
+                self._lose(number, GAVE_UP)
+            else:
+                self._end(number, "in_flight", "", self._env.now)
 
-    def _end(
-        self, number: int, entry: _Open, outcome: str, reason: str, ended_s: float, copy_s: float, arrived_s: float
-    ) -> None:
-        first_s = copy_s if math.isnan(entry.first_s) else entry.first_s
+    def _lose_if_hopeless(self, number: int) -> None:
+        entry = self._open[number]
+        if entry.abandoned and not entry.arrived and not entry.on_way:
+            self._lose(number, GAVE_UP)
+
+    def _lose(self, number: int, reason: str) -> None:
+        entry = self._open[number]
+        self.gave_up += 1
+        self._end(number, "gave_up", reason, entry.gave_up_s if entry.abandoned else self._env.now)
+
+    def _end(self, number: int, outcome: str, reason: str, ended_s: float) -> None:
+        entry = self._open.pop(number)
+        first_s = entry.first_s if entry.tries else ended_s
+        copy_s = entry.copy_s if entry.tries else ended_s
+        arrived_s = entry.arrived_s if entry.arrived else ended_s
         self._tell(
             Fate(
                 number=number,
@@ -160,8 +199,3 @@ class Book:
                 text=entry.text,
             )
         )
-
-
-def _last(entry: _Open, ended_s: float) -> tuple[float, float]:
-    """Of a message that did not arrive: when its last copy was offered, and until when that one was on its way."""
-    return (entry.copies[-1][1] if entry.copies else ended_s), ended_s

@@ -12,7 +12,7 @@ import simpy
 
 from teleop_sim.channel.arq import DATA, SKIP, WINDOW_MAX, Delivery, Frame
 from teleop_sim.channel.custody import alarm_s, start_s
-from teleop_sim.channel.fates import TRIES_TOLD_APART, Book
+from teleop_sim.channel.fates import Book
 from teleop_sim.channel.link import DirectionSettings
 
 _NUMBERS = 2 * WINDOW_MAX
@@ -21,8 +21,8 @@ _NUMBERS = 2 * WINDOW_MAX
 class Transmit(Protocol):
     """Offers a frame to the link now and returns when its turn should come [s]."""
 
-    def __call__(self, topic: str, frame: Frame, text: str, priority: int) -> float:
-        """``text`` is for the log."""
+    def __call__(self, topic: str, frame: Frame, text: str, priority: int, copy_of: int | None) -> float:
+        """``text`` and ``copy_of``, the number of a message, are for the log."""
 
 
 Notify = Callable[[int, bool], None]
@@ -106,15 +106,13 @@ class Sender:
             self._wake_at(kept, when_s)
             return
         kept.tries += 1
-        attempt = kept.tries % TRIES_TOLD_APART
         wire_number = kept.number % _NUMBERS
         if kept.skip:
-            turn_s = self._transmit("skip", Frame(SKIP, wire_number, attempt), f"skip {kept.number}", kept.priority)
+            frame, text = Frame(SKIP, wire_number), f"skip {kept.number}"
+            turn_s = self._transmit("skip", frame, text, kept.priority, None)
         else:
-            self._book.copy(kept.number)
-            turn_s = self._transmit(
-                kept.topic, Frame(DATA, wire_number, attempt, kept.payload), kept.text, kept.priority
-            )
+            frame = Frame(DATA, wire_number, kept.payload)
+            turn_s = self._transmit(kept.topic, frame, kept.text, kept.priority, kept.number)
         self._wake_at(kept, alarm_s(self._delivery, turn_s, len(kept.payload), self._out, self._back))
 
     def _wake_at(self, kept: _Kept, when_s: float) -> None:
@@ -155,13 +153,11 @@ class Taken:
     """A message for the application."""
 
     number: int
-    attempt: int
     payload: bytes
-    arrived_s: float
 
 
 class Receiver:
-    """Accepts each number once, and tells what the application may have now. No clock: times are arguments.
+    """Accepts each number once, and tells what the application may have now.
 
     Attributes:
         expected: the lowest number that is neither handed on nor passed over.
@@ -174,13 +170,13 @@ class Receiver:
         self._in_order = in_order
         self._held: dict[int, Taken | None] = {}
 
-    def take(self, frame: Frame, now_s: float) -> tuple[tuple[Taken, ...], tuple[int, ...]]:
+    def take(self, frame: Frame) -> tuple[tuple[Taken, ...], tuple[int, ...]]:
         """Messages for the application, in order, and the numbers that it will never get from now on."""
         half = WINDOW_MAX
         number = self.expected + (frame.number - self.expected + half) % _NUMBERS - half
         if number < self.expected or number in self._held:
             return (), ()
-        taken = Taken(number, frame.attempt, frame.payload, now_s) if frame.kind == DATA else None
+        taken = Taken(number, frame.payload) if frame.kind == DATA else None
         over = [] if taken else [number]
         ready: list[Taken] = []
         if taken and not self._in_order:
