@@ -33,11 +33,12 @@ _WALK = struct.Struct(">fff?f")
 class Force(Counts):
     """The operator forces an outcome: ``edge`` is its number in the machine's table, which both sites hold.
 
-    The edge names the state that it leaves, so that a command that comes late does nothing in another state.
+    The edge names the state that it leaves, so that a command that comes late can be told from one in time.
+
+    Source of the idea: Schillinger, Kohlbrecher, von Stryk, ICRA 2016, 2796-2802 (FlexBE's forced outcomes).
     """
 
     layout: ClassVar = "type, edge of the machine's table"
-    source: ClassVar = "ViGIR, FlexBE (force transition)"
     limits: ClassVar = (UINT8_MAX,)
     edge: int
 

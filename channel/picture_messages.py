@@ -38,6 +38,7 @@ class Image(Message):
 
     layout: ClassVar = "type, grey JPEG"
     resolution: ClassVar = "lossy"
+    source: ClassVar = "ITU-T T.81"
     packed: ClassVar = True
 
     width: int

@@ -111,8 +111,10 @@ def webp_size(webp: bytes, where: str) -> tuple[int, int]:
     if not head or head[0] != b"RIFF" or head[2:4] != (b"WEBP", b"VP8 ") or head[6] != b"\x9d\x01\x2a":
         raise BadMessage(where, f"{len(webp)} bytes are no lossy WebP", "Use encode_webp.")
     riff, chunk, width, height = head[1], head[4], head[7] & 0x3FFF, head[8] & 0x3FFF
-    if riff != len(webp) - 8 or chunk + chunk % 2 != len(webp) - 20 or not 0 < width * height <= WEBP_PIXELS_MAX:
+    if riff != len(webp) - 8 or chunk + chunk % 2 != len(webp) - 20 or not width * height:
         raise BadMessage(where, f"{len(webp)} bytes are no whole WebP", "Use encode_webp.")
+    if width * height > WEBP_PIXELS_MAX:
+        raise BadMessage(where, f"a WebP of {width} x {height} px", f"At most {WEBP_PIXELS_MAX} px are taken.")
     return width, height
 
 

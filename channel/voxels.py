@@ -22,8 +22,8 @@ from teleop_sim.channel.codec import BadMessage
 DEPTH_MAX = 16
 """Levels of the tree: a cloud is at most 65,536 voxels long."""
 
-OCCUPANCY_MAX = 1 << 20
-"""Greatest number of occupancy bytes: a short message cannot unpack to gigabytes (assumed)."""
+OCCUPANCY_MAX = 1 << 18
+"""Most occupancy bytes: a short message cannot unpack to gigabytes (assumed: more than a room at 1 cm)."""
 
 _BITS = np.arange(8)
 
@@ -95,9 +95,12 @@ def inflate(data: bytes, where: str) -> bytes:
     """
     unpacker = zlib.decompressobj(-zlib.MAX_WBITS)
     try:
-        unpacked = unpacker.decompress(data, OCCUPANCY_MAX)
+        # One more: at the limit itself the decompressor has not yet seen the end.
+        unpacked = unpacker.decompress(data, OCCUPANCY_MAX + 1)
     except zlib.error as error:
         raise BadMessage(where, f"{len(data)} bytes do not unpack: {error}", "Send it again.") from None
+    if len(unpacked) > OCCUPANCY_MAX:
+        raise BadMessage(where, f"an octree of more than {OCCUPANCY_MAX} bytes", "Cut it, or take larger voxels.")
     if not unpacker.eof or unpacker.unused_data:
         raise BadMessage(where, f"{len(data)} bytes are not one packed whole", "Send it again.")
     return unpacked

@@ -49,7 +49,6 @@ from teleop_sim.channel.messages import (
     encode_voxels,
     encode_webp,
 )
-from teleop_sim.channel.pictures import sample_picture
 from teleop_sim.channel.quantise import GROUND, JOINT, POSITION, ROTATION
 from teleop_sim.core.errors import UnknownName
 
@@ -63,11 +62,6 @@ def ramp(height=60, width=80):
 uint8, uint16, levels = st.integers(0, 255), st.integers(0, 65535), st.integers(0, 3)
 printable = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=60)
 some_text = st.text(st.characters(exclude_characters="\r\n", exclude_categories=("Cs",)), min_size=1, max_size=60)
-
-
-def rms(seen, shown):
-    """Root mean square of the difference of two pictures."""
-    return float(np.sqrt(np.mean((seen.astype(float) - shown) ** 2)))
 
 
 def on(grid, count):
@@ -292,49 +286,6 @@ def test_an_unknown_topic_is_named():
         decode_message("confrm", b"\x01\x00\x00")
 
 
-def test_a_colour_jpeg_is_refused():
-    import io
-
-    from PIL import Image as Picture
-
-    sink = io.BytesIO()
-    Picture.fromarray(ramp()).save(sink, "JPEG")
-    with pytest.raises(BadMessage, match="mode RGB"):
-        Image(80, 60, sink.getvalue())
-
-
-def test_an_image_shows_what_was_seen():
-    grey = ramp()[..., 0]
-    image = encode_image(grey, 80, 60, 90)
-    # Quality 90 on a smooth ramp: libjpeg's steps are at most 24 in one of 64 coefficients, an RMS of a few levels.
-    assert image.pixels().shape == (60, 80)
-    assert rms(image.pixels(), grey) < 3.0
-
-
-def test_an_image_is_smaller_at_lower_quality_and_size_and_the_same_twice():
-    full, poor, small = (encode_image(ramp(), *of) for of in ((80, 60, 80), (80, 60, 10), (20, 15, 80)))
-    assert len(poor.encode()) < len(full.encode())
-    assert len(small.encode()) < len(full.encode())
-    assert full == encode_image(ramp(), 80, 60, 80)
-    assert len(full.encode()) == 1 + len(full.jpeg)
-
-
-@pytest.mark.parametrize("encode", [encode_image, encode_webp])
-@settings(deadline=None)
-@given(data=st.data())
-def test_a_damaged_picture_is_a_picture_or_bad(encode, data):
-    whole = encode(ramp(), 32, 24, 50)
-    payload = bytearray(whole.encode())
-    for at in data.draw(st.lists(st.integers(0, len(payload) - 1), max_size=4)):
-        payload[at] = data.draw(uint8)
-    try:
-        image = type(whole).decode(bytes(payload))
-        pixels = image.pixels()
-    except BadMessage:
-        return
-    assert pixels.shape == (image.height, image.width)
-
-
 @pytest.mark.parametrize("topic", sorted(MESSAGES))
 @settings(deadline=None)
 @given(data=st.data())
@@ -400,34 +351,3 @@ def test_the_hash_is_the_common_crc_and_sees_every_burst():
     for at in range(len(state) - 4):
         burst = int.from_bytes(state, "big") ^ (0x9E3779B9 << 8 * at)
         assert SyncHash.of(burst.to_bytes(len(state), "big")) != SyncHash.of(state)
-
-
-def test_a_header_that_promises_gigapixels_is_bad():
-    jpeg = encode_image(ramp(), 32, 24, 50).jpeg
-    with pytest.raises(BadMessage, match="no sound JPEG"):
-        Image(65535, 65535, jpeg.replace(b"\x00\x18\x00\x20", b"\xff\xff\xff\xff"))
-
-
-def test_a_webp_header_that_promises_gigapixels_is_bad():
-    webp = encode_webp(ramp(), 32, 24, 50).webp
-    with pytest.raises(BadMessage, match="no whole WebP"):
-        WebpImage(16383, 16383, webp.replace(b"\x20\x00\x18\x00", b"\xff\x3f\xff\x3f"))
-
-
-def test_webp_pictures_of_any_size_lose_less_at_more_bytes():
-    scene = sample_picture(512, 272)
-    for width, height in ((512, 272), (161, 85), (1, 1)):
-        images = [encode_webp(scene, width, height, quality) for quality in (0, 50, 100)]
-        assert {image.pixels().shape for image in images} == {(height, width)}
-        assert images[1] == encode_webp(scene, width, height, 50)
-        if width > 1:
-            sizes = [len(image.encode()) for image in images]
-            errors = [rms(image.pixels(), images[2].pixels()) for image in images]
-            assert sizes == sorted(set(sizes))
-            assert errors == sorted(set(errors), reverse=True)
-
-
-def test_a_webp_shows_what_was_seen():
-    grey = ramp()[..., 0]
-    # Studio range has 220 levels for 256, so half a level is lost before the transform; then as the JPEG above.
-    assert rms(encode_webp(grey, 80, 60, 90).pixels(), grey) < 3.0

@@ -132,12 +132,20 @@ def test_bad_packing_is_told_apart():
 def test_a_short_message_cannot_unpack_to_much():
     bomb = deflate(b"\xff" * (100 * OCCUPANCY_MAX))
     tracemalloc.start()
-    with pytest.raises(BadMessage, match="packed whole"):
+    with pytest.raises(BadMessage, match="octree of more than"):
         VoxelCloud(10, (0, 0, 0), 9, bomb)
     _, peak_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     # What it may unpack to, and as much again while the buffer grows.
     assert peak_bytes < 3 * OCCUPANCY_MAX
+
+
+def test_a_cloud_of_too_many_voxels_says_what_would_do():
+    # Spread far apart, a voxel takes up to 16 nodes of its own.
+    points = np.random.default_rng(0).uniform(0.0, 65.0, (30_000, 3))
+    with pytest.raises(BadMessage, match="larger voxels"):
+        encode_voxels(points, 0.001)
+    assert len(inflate(deflate(bytes(OCCUPANCY_MAX)), "here")) == OCCUPANCY_MAX
 
 
 @settings(deadline=None)
