@@ -89,7 +89,8 @@ class Endpoint:
         """``receive`` gets each message of the other site.
 
         ``tell`` gets the fate of each message of this site, for the log; ``notify`` gets what the sender itself knows:
-        the number of a message and whether it was acknowledged or given up. A site acts on ``notify`` only.
+        the number of a message and whether it was acknowledged (the other endpoint has it, and may still hold it back
+        for those before it) or given up (a late copy may still get through). A site acts on ``notify`` only.
         """
         self.delivery = delivery
         self.book = Book(env, tell, best_effort=not delivery.acknowledged)

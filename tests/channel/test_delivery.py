@@ -35,7 +35,8 @@ from teleop_sim.channel.delivery import (
     StopAndWait,
     connect,
 )
-from teleop_sim.channel.halves import Receiver
+from teleop_sim.channel.fates import Book
+from teleop_sim.channel.halves import Receiver, Sender
 from teleop_sim.channel.link import Direction, DirectionSettings, LinkClosed
 from teleop_sim.channel.loss import Bernoulli, NoLoss
 from teleop_sim.core.errors import BadInput
@@ -340,15 +341,51 @@ def test_selective_repeat_with_loss_uses_the_share_that_is_not_lost():
     assert len(s.got) == n
 
 
-def test_numbers_wrap_and_stay_in_order():
-    env_up = DirectionSettings(math.inf, 0.0)
-    s = story(SelectiveRepeat(300), env_up, env_up)
-    n = 2 * WINDOW_MAX + 100
+@pytest.mark.parametrize("window", [1, 300, WINDOW_MAX])
+def test_numbers_wrap_and_stay_in_order(window):
+    # The halves alone, with a list for a link that loses every third frame: numbers start just below the wrap.
+    env, wire, news = simpy.Environment(), [], []
+
+    def transmit(topic, frame, text, priority, copy_of):
+        wire.append(frame)
+        return env.now
+
+    first, n = 2 * WINDOW_MAX - 200, 600
+    book = Book(env, lambda _: None, best_effort=False)
+    by = SelectiveRepeat(window, timeout_s=1.0, tries=math.inf)
+    sender = Sender(env, by, (SRC_UP, SRC_DOWN), transmit, book, lambda number, _: news.append(number))
+    receiver = Receiver(window, in_order=True)
+    receiver.expected = first
     for i in range(n):
-        s.link.station.send("chat", i.to_bytes(4, "big"))
-    s.env.run()
-    assert [int.from_bytes(data, "big") for _, data in s.got] == list(range(n))
-    assert s.link.station.book.in_flight == 0
+        sender.offer(first + i, "chat", i.to_bytes(2, "big"), "", 0)
+    got, crossed = [], 0
+    while len(news) < n:
+        frames, wire[:] = wire[:], []
+        for frame in frames:
+            crossed += 1
+            if crossed % 3:
+                got += [int.from_bytes(taken.payload, "big") for taken in receiver.take(frame)[0]]
+                sender.acknowledge(frame.number)
+        env.run(until=env.now + 1.0)
+    assert got == list(range(n))
+    assert sorted(news) == list(range(first, first + n))
+
+
+def test_a_sender_that_hears_nothing_stops_before_its_numbers_would_look_old():
+    env, sent = simpy.Environment(), set()
+
+    def transmit(topic, frame, text, priority, copy_of):
+        sent.add(copy_of)
+        return env.now
+
+    book = Book(env, lambda _: None, best_effort=False)
+    sender = Sender(env, StopAndWait(1.0, 1), (SRC_UP, SRC_DOWN), transmit, book, lambda *_: None)
+    for i in range(WINDOW_MAX + 10):
+        sender.offer(i, "chat", b"", "", 0)
+    env.run(until=WINDOW_MAX + 100.0)
+    receiver = Receiver(1, in_order=True)
+    (taken,), over = receiver.take(Frame(DATA, max(sent)))
+    assert (taken.number, len(over)) == (WINDOW_MAX - 1, WINDOW_MAX - 1)
 
 
 def test_a_receiver_that_missed_numbers_knows_by_the_window_that_they_are_over():
