@@ -32,7 +32,10 @@ WAYS: tuple[WayName, ...] = ("up", "down", "burst")
 
 @dataclass(frozen=True, slots=True)
 class Spell:
-    """A stretch of an alternating link: how long [s], its rate [bit/s], its one-way delay [s]."""
+    """A stretch of an alternating link: how long [s], its rate [bit/s], its one-way delay [s].
+
+    Not modelled: a delay that alternates. The way has the longest of them throughout.
+    """
 
     for_s: float
     rate_bps: float
@@ -187,7 +190,9 @@ def _way(entry: dict[str, Any], rules: dict[str, Any]) -> Way:
     dark = dict(entry.pop("dark", {}))
     model = DARK_MODELS[dark.pop("model")](**{k: _frozen(v) for k, v in dark.items()}) if dark else None
     if spells:
-        entry = {"rate_bps": spells[0].rate_bps, "delay_s": spells[0].delay_s} | entry
+        # One delay a direction: the longest, so that nothing arrives earlier than it would.
+        longest_s = max(spell.delay_s for spell in spells)
+        entry = {"rate_bps": spells[0].rate_bps, "delay_s": longest_s} | entry
     return Way(DirectionSettings(**entry, **rules), model, spells)
 
 

@@ -89,7 +89,8 @@ def trace(
         settings: of the direction; its blackouts are as given, nothing is drawn.
         rng: of loss and jitter.
         way: name of the direction in records.
-        until_s: when to stop, above zero; what is on its way then is ``in_flight``. ``inf``: when nothing happens any more.
+        until_s: when to stop, above zero; what is on its way then is ``in_flight``. ``inf``: when nothing happens
+            any more.
 
     Raises:
         BadInput: the link cannot deliver anything.

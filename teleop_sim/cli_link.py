@@ -17,7 +17,7 @@ from teleop_sim.core.streams import stream
 from teleop_sim.core.units import format_rate, format_time, parse_rate_bps, parse_time_s
 
 DRAWN_AFTER_S = 86400.0
-"""How long after the last message a preset's blackouts and rates are drawn; a trace of one with either ends then."""
+"""How long after the last message a preset's blackouts and rates are drawn (assumed); a trace of one ends then."""
 
 T = TypeVar("T")
 

@@ -1,6 +1,7 @@
 """Presets: figures of their sources, clocks, and what every preset promises."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -137,3 +138,10 @@ def test_a_preset_that_delivers_nothing_is_refused_with_the_reason() -> None:
     bad = Preset("bad", "", "", "rules", "wall", "lose", "arrive", {"up": Way(base)})
     with pytest.raises(BadInput, match=r"bad\.up\.blackouts: the longest light, 4 s, carries 32 bits"):
         bad.settings(100.0, np.random.default_rng(1))
+
+
+def test_the_model_page_lists_every_preset_with_its_source() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "link.md").read_text(encoding="utf-8")
+    for made in PRESETS.values():
+        [row] = [line for line in page.splitlines() if line.startswith(f"| `{made.name}` |")]
+        assert f"| {made.clock} | {made.on_dark} | {made.source} ({made.status}) |" in row
