@@ -166,10 +166,11 @@ class Radio(Carrier):
 
     def _first_chance(self, t_s: float) -> float:
         """When a fragment may begin: in the light, and with some of it left if the dark would cut it off."""
-        link = self.settings
-        late_s = t_s if link.on_dark == "pause" else t_s + GRAIN_S
-        light_s = first_light(late_s, link.blackouts)
-        return light_s if light_s > late_s else t_s
+        blackouts = self.settings.blackouts
+        light_s = first_light(t_s, blackouts)
+        while self.settings.on_dark != "pause" and next_dark(light_s, blackouts) - light_s <= GRAIN_S:
+            light_s = first_light(next_dark(light_s, blackouts), blackouts)
+        return light_s
 
     def _afford(self, load: Load) -> bool:
         """Take the whole packet from the budget, or drop it. What is sent again is not charged again."""

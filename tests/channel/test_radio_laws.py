@@ -177,13 +177,42 @@ def test_the_two_engines_agree(link_settings, pattern, until_s):
 @settings(max_examples=200, deadline=None)
 @given(plain, patterns, ends)
 def test_settings_that_change_nothing_change_nothing(link_settings, pattern, until_s):
-    # A limit and a budget that are never reached, the one rate as a schedule, a jitter of nothing.
-    more = {"queue_limit": 99, "budget_bits": 1e9, "jitter": NormalJitter(0.0, 0.0)}
-    idle = replace(link_settings, rates=((0.0, link_settings.rate_bps),), **more)
-    plain_records, wide_records = (ended(play(directions(0), s, pattern, until_s)[0]) for s in (link_settings, idle))
+    # A limit and a budget that are never reached, the one rate twice, a jitter of nothing, priorities all alike,
+    # fragments without headers.
+    raw = replace(link_settings, header_bytes=0)
+    rates = ((0.0, raw.rate_bps), (7.7, raw.rate_bps))
+    more = {"queue_limit": 99, "budget_bits": 1e9, "jitter": NormalJitter(0.0, 0.0), "discipline": "priority"}
+    idle = replace(raw, rates=rates, mtu_bytes=50, **more)
+    alike = [(gap_s, size, 1, topic) for gap_s, size, _, topic in pattern]
+    plain_records, wide_records = (ended(play(directions(0), s, alike, until_s)[0]) for s in (raw, idle))
     for one, two in zip(plain_records, wide_records, strict=True):
         assert one.outcome == two.outcome
         assert one.arrived_s == pytest.approx(two.arrived_s, rel=0, abs=TOLERANCE_S, nan_ok=True)
+
+
+@settings(max_examples=200, deadline=None)
+@given(plain, patterns, st.integers(0, 24), st.sampled_from((0, 41, 64, 200)), st.sampled_from(("pause", "restart")))
+def test_the_most_urgent_waits_for_one_fragment_at_most(link_settings, pattern, which, mtu_bytes, on_dark):
+    link_settings = replace(link_settings, discipline="priority", mtu_bytes=mtu_bytes, on_dark=on_dark)
+    pattern = [(gap_s, size, 9 if i == which else p, topic) for i, (gap_s, size, p, topic) in enumerate(pattern)]
+    longest_bits = 8 * (mtu_bytes or 301 + link_settings.header_bytes)
+    for p in ended(play(directions(0), link_settings, pattern, 2000.0)[0]):
+        if p.priority == 9:
+            assert p.queue_s <= longest_bits / link_settings.rate_bps + TOLERANCE_S
+
+
+@settings(max_examples=200, deadline=None)
+@given(plain, patterns)
+def test_the_newest_state_of_a_topic_is_never_superseded(link_settings, pattern):
+    packets = ended(play(directions(0), replace(link_settings, discipline="newest"), pattern, 2000.0)[0])
+    last = {p.topic: p for p in packets}
+    assert all(p.outcome != "dropped" for p in last.values())
+    assert {p.reason for p in packets if p.outcome == "dropped"} <= {"superseded"}
+    # What is superseded never began, and ends when a newer one of its topic is sent.
+    for p in packets:
+        if p.outcome == "dropped":
+            assert math.isnan(p.service_s)
+            assert p.t_s in {q.sent_s for q in packets if q.topic == p.topic and q.packet > p.packet}
 
 
 @pytest.mark.parametrize("more", [{}, {"jitter": UniformJitter(0.0, 0.1), "loss": Bernoulli(0.1), "queue_limit": 5}])
