@@ -29,9 +29,9 @@ TOLERANCE_S = 1e-9
 
 @st.composite
 def schedules(draw):
-    """Up to five blackouts; the last may never end."""
-    gaps = draw(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.01, 60.0)), max_size=5))
-    edges = list(itertools.accumulate(itertools.chain.from_iterable(gaps)))
+    """Up to five blackouts to the millisecond; the last may never end."""
+    gaps = draw(st.lists(st.tuples(st.integers(0, 60_000), st.integers(10, 60_000)), max_size=5))
+    edges = [ms / 1000 for ms in itertools.accumulate(itertools.chain.from_iterable(gaps))]
     windows = list(zip(edges[::2], edges[1::2], strict=True))
     if windows and draw(st.booleans()):
         windows[-1] = (windows[-1][0], math.inf)
