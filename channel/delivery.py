@@ -85,18 +85,21 @@ class Endpoint:
         receive: Receive,
         tell: Tell = _ignore_fate,
         notify: Notify = _ignore_news,
+        ack_priority: int = 0,
     ) -> None:
         """``receive`` gets each message of the other site.
 
         ``tell`` gets the fate of each message of this site, for the log; ``notify`` gets what the sender itself knows:
         the number of a message and whether it was acknowledged (the other endpoint has it, and may still hold it back
         for those before it) or given up (a late copy may still get through). A site acts on ``notify`` only.
+        ``ack_priority`` is that of the acknowledgements which this site sends.
         """
         self.delivery = delivery
         self.book = Book(env, tell, best_effort=not delivery.acknowledged)
         self._env = env
         self._receive = receive
         self._notify = notify
+        self._ack_priority = ack_priority
         self._free_s: float = env.now
         self._closed = False
 
@@ -176,7 +179,7 @@ class Endpoint:
     def _take(self, frame: Frame) -> None:
         """Answer every copy, for its acknowledgement may be what was lost; hand on what is new."""
         taken, over = self._receiver.take(frame)
-        self._offer("ack", Frame(ACK, frame.number).pack(), f"ack {frame.number}", 0, None)
+        self._offer("ack", Frame(ACK, frame.number).pack(), f"ack {frame.number}", self._ack_priority, None)
         for number in over:
             self._peer.book.passed_over(number)
         for one in taken:

@@ -37,6 +37,7 @@ from teleop_sim.channel.delivery import (
 )
 from teleop_sim.channel.fates import Book
 from teleop_sim.channel.halves import Receiver, Sender
+from teleop_sim.channel.jitter import UniformJitter
 from teleop_sim.channel.link import Direction, DirectionSettings, LinkClosed
 from teleop_sim.channel.loss import Bernoulli, NoLoss
 from teleop_sim.core.errors import BadInput
@@ -84,7 +85,7 @@ class These:
         return bad, next(self.count) in self.indices
 
 
-def story(delivery, up=SRC_UP, down=SRC_DOWN, lose_up=NO_LOSS, lose_down=NO_LOSS, back=None, seed=5):
+def story(delivery, up=SRC_UP, down=SRC_DOWN, lose_up=NO_LOSS, lose_down=NO_LOSS, back=None, seed=5, ack_priority=0):
     s = Story()
     ways = {"up": replace(up, loss=lose_up), "down": replace(down, loss=lose_down)}
     streams = dict(zip(ways, np.random.default_rng(seed).spawn(2), strict=True))
@@ -99,7 +100,9 @@ def story(delivery, up=SRC_UP, down=SRC_DOWN, lose_up=NO_LOSS, lose_down=NO_LOSS
         s.fates.append,
         lambda n, ok: s.news.append((s.env.now, n, ok)),
     )
-    site = Endpoint(s.env, back or BestEffort(), lambda data: s.got.append((s.env.now, data)))
+    site = Endpoint(
+        s.env, back or BestEffort(), lambda data: s.got.append((s.env.now, data)), ack_priority=ack_priority
+    )
     s.link = connect(make, station, site, s.records.append)
     return s
 
@@ -123,6 +126,19 @@ def test_the_time_out_suits_a_round_trip_of_20_s():
     # Nothing to wait for: the least margin.
     free = DirectionSettings(math.inf, 0.0)
     assert timeout_for(free, free, 1000) == 0.01
+
+
+def test_the_time_out_counts_fragments_the_slowest_rate_and_the_widest_jitter():
+    out = DirectionSettings(
+        64.0, 1.0, 4, mtu_bytes=12, rates=((0.0, 80.0), (9.0, 40.0)), jitter=UniformJitter(0.5, 3.0)
+    )
+    back = DirectionSettings(80.0, 1.0)
+    # 17 + 3 bytes in pieces of 8: 12 + 12 + 8 bytes, 6.4 s; up to 4 s across; 0.3 s and 1 s back; a tenth.
+    assert timeout_for(out, back, 17) == pytest.approx(11.7 * 1.1, abs=TOLERANCE_S)
+    # Custody knows the schedule: 80 bit/s to the end.
+    assert ack_due_s(0.0, 17, out, back) == pytest.approx(3.2 + 4.0 + 0.3 + 1.0 + 1.17, abs=TOLERANCE_S)
+    assert window_for(out, back, 17) == 2
+    assert window_for(DirectionSettings(math.inf, 1.0), back, 17) == WINDOW_MAX
 
 
 def test_stop_and_wait_without_loss_sends_one_payload_a_cycle():
@@ -301,6 +317,19 @@ def test_best_effort_against_an_acknowledged_direction_costs_a_flag_byte():
     s.until(50.0)
     assert [p.payload_bytes for p in s.packets] == [4]
     assert [data for _, data in s.back] == [b"abc"]
+
+
+@pytest.mark.parametrize(("ack_priority", "heard_s"), [(0, 52.625), (1, 23.375)])
+def test_urgent_acknowledgements_need_not_wait_behind_pictures(ack_priority, heard_s):
+    # 13 pictures of 25 bytes, 26 with their flag, take 3.25 s each, 42.25 s together. The acknowledgement is offered at
+    # 10.5 s, takes 0.375 s, and goes when the fourth picture is out, at 13 s, or after all of them.
+    down = DirectionSettings(64.0, 10.0, discipline="priority")
+    s = story(StopAndWait(timeout_s=100.0), down=down, ack_priority=ack_priority)
+    for _ in range(13):
+        s.link.site.send("image", b"x" * 25)
+    s.link.station.send("chat", b"x")
+    s.until(200.0)
+    assert s.news == [(heard_s, 0, True)]
 
 
 @pytest.mark.parametrize("p", [0.1, 0.3])
