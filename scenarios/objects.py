@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from teleop_sim.channel.link import DirectionSettings
+from teleop_sim.channel.presets import in_simulated_time
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.operators.policies import POLICIES, Policy
@@ -21,7 +22,7 @@ from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
 from teleop_sim.scenarios.names import AUTONOMY
-from teleop_sim.scenarios.schema import LinkDirection, Operator, Scenario, World
+from teleop_sim.scenarios.schema import Link, LinkDirection, Operator, Scenario, World
 from teleop_sim.world import dish_scorer
 from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
@@ -70,9 +71,10 @@ TASKS: Mapping[str, Task] = {
 """Name in a scenario to task."""
 
 
-def direction_settings(direction: LinkDirection) -> DirectionSettings:
-    """What ``channel.link.Direction`` is made with."""
-    return DirectionSettings(direction.rate_bps, direction.delay_s, direction.header_bytes, direction.blackouts)
+def direction_settings(link: Link, direction: LinkDirection) -> DirectionSettings:
+    """What ``channel.link.Direction`` is made with, in simulated seconds."""
+    made = DirectionSettings(direction.rate_bps, direction.delay_s, direction.header_bytes, direction.blackouts)
+    return in_simulated_time(made, link.real_time_factor) if link.clock == "wall" else made
 
 
 def operator_timing(operator: Operator) -> OperatorTiming:

@@ -105,8 +105,22 @@ class LinkDirection(_Part):
 
 
 class Link(_Part):
-    """Both directions: ``up`` from the operator to the robot, ``down`` back."""
+    """Both directions: ``up`` from the operator to the robot, ``down`` back.
 
+    ``clock`` says in which seconds rates, delays and blackouts are given. On the wall, a simulation that runs at
+    ``real_time_factor`` sees a delay of d seconds as d times the factor of its own.
+    """
+
+    clock: Literal["simulated", "wall"] = Field(
+        default="simulated", description='"simulated" or "wall": whose seconds the link\'s figures are in.'
+    )
+    real_time_factor: float = Field(
+        default=1.0,
+        gt=0.0,
+        le=1e3,
+        description="Simulated seconds in a second on the wall, such as 0.16.",
+    )
+    real_time_factor_source: str = ASSUMED
     up: LinkDirection = Field(description="A table [link.up] with rate_bps and delay_s.")
     down: LinkDirection = Field(description="A table [link.down] with rate_bps and delay_s.")
 

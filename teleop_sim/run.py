@@ -160,8 +160,10 @@ class _Bench:
         self._task = TASKS[scenario.task]
         machine, level = self._task.machine(), autonomy_level(scenario)
         # The sites are tied together by nothing but these two directions.
-        self.up = Direction(self.env, "up", direction_settings(scenario.link.up), self._to_field, watch)
-        self.down = Direction(self.env, "down", direction_settings(scenario.link.down), self._to_station, watch)
+        link = scenario.link
+        up, down = direction_settings(link, link.up), direction_settings(link, link.down)
+        self.up = Direction(self.env, "up", up, self._to_field, watch)
+        self.down = Direction(self.env, "down", down, self._to_station, watch)
         robot = self._robot(seed, replicate, self._task.site(scenario, streams), clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)
@@ -174,7 +176,7 @@ class _Bench:
             operator_timing(scenario.operator),
             streams("operator"),
             watch,
-            _briefing(scenario),
+            Briefing(round_trip_s=up.delay_s + down.delay_s, uplink_bps=up.rate_bps),
             operator_policy(scenario.operator),
         )
 
@@ -231,8 +233,3 @@ class _Bench:
         done_s = now_s if outcome == "completed" else math.nan
         trips = self.field.executive.round_trips
         return RunEnded(now_s, outcome, cause, done_s, trips, acts_sent(self._watch.seen))
-
-
-def _briefing(scenario: Scenario) -> Briefing:
-    link = scenario.link
-    return Briefing(round_trip_s=link.up.delay_s + link.down.delay_s, uplink_bps=link.up.rate_bps)

@@ -13,6 +13,7 @@ from teleop_sim.core.errors import BadInput
 from teleop_sim.scenarios.complaints import keys_of
 from teleop_sim.scenarios.files import json_schema, list_scenarios, load_scenario, read_scenario, scenario_to_toml
 from teleop_sim.scenarios.names import AUTONOMY, PACINGS
+from teleop_sim.scenarios.objects import direction_settings
 from teleop_sim.scenarios.schema import Scenario
 
 GOOD = """\
@@ -322,3 +323,12 @@ def test_canonical_toml_says_everything_so_that_a_log_repeats_its_run() -> None:
 def test_a_number_with_too_many_digits_is_found_by_its_line():
     with pytest.raises(BadInput, match=r"a\.toml:2:1: is not TOML: a whole number has too many digits"):
         read_scenario(f"schema = 1\nseed = {'9' * 5000}\n", "a.toml", "a")
+
+
+def test_a_link_on_the_wall_s_clock_is_faster_and_nearer_in_simulated_seconds():
+    """At a tenth of real time, 10 s on the wall are 1 s, and 380 bit/s are 3800 bits a simulated second."""
+    wall = load_scenario("src-dish", {"link.clock": "wall", "link.real_time_factor": 0.1})
+    up = direction_settings(wall.link, wall.link.up)
+    assert (up.delay_s, up.rate_bps) == pytest.approx((1.0, 3800.0))
+    own = load_scenario("src-dish")
+    assert direction_settings(own.link, own.link.up).delay_s == 10.0

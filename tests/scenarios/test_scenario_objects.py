@@ -23,7 +23,7 @@ from teleop_sim.world.dish_layout import LAYOUT_IDS
 
 def test_a_direction_of_the_link_keeps_its_figures() -> None:
     scenario = load_scenario("src-dish", {"link.up.blackouts": [[60, 120], [300.0, math.inf]]})
-    made = direction_settings(scenario.link.up)
+    made = direction_settings(scenario.link, scenario.link.up)
     assert (made.rate_bps, made.delay_s, made.header_bytes) == (380.0, 10.0, 40)
     assert made.blackouts == ((60.0, 120.0), (300.0, math.inf))
 
