@@ -195,8 +195,11 @@ class Body:
 
     def feet(self) -> tuple[PlanarPose, PlanarPose]:
         """Planar poses of the soles, left and right."""
-        left, right = self.soles()
-        return _planar(left), _planar(right)
+        return self._foot(0), self._foot(1)
+
+    def _foot(self, i: int) -> PlanarPose:
+        at, turned = self._arrays.sole[i], self._arrays.sole_rotation[i]
+        return float(at[0]), float(at[1]), float(np.arctan2(turned[3], turned[0]))
 
     def com(self) -> np.ndarray:
         """Centre of mass (3,)."""
@@ -268,8 +271,3 @@ def body_xy(soles: tuple[Pose, Pose]) -> tuple[float, float]:
     """Middle of both soles."""
     x, y, _ = (soles[0].position + soles[1].position) / 2
     return float(x), float(y)
-
-
-def _planar(pose: Pose) -> PlanarPose:
-    R, p = pose.rotation, pose.position
-    return float(p[0]), float(p[1]), float(np.arctan2(R[1, 0], R[0, 0]))
