@@ -226,7 +226,8 @@ class Radio(Carrier):
             self._drop(load, BLACKOUT)
             return
         load.out += 1
-        load.fate = load.fate or self._fate(load)
+        fate = self._fate(load)
+        load.fate = load.fate or fate
         if load.out < len(load.fragments):
             self._waiting.put_back(load)
         else:

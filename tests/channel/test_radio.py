@@ -306,6 +306,13 @@ def test_one_lost_fragment_loses_the_packet_and_the_others_go_out_all_the_same()
     assert (run.packets[0].t_s, run.times[1]) == (4.0, 5.0)
 
 
+def test_every_fragment_takes_its_draws_whatever_became_of_the_others():
+    # The second of four is lost; the state moves on with each: the fifth, of the next packet, is the first to be good.
+    losses = Losses([False, True, True, False, False])
+    run = Run(DirectionSettings(8.0, 1.0, mtu_bytes=1, loss=losses), [(0.0, 4), (0.0, 1)])
+    assert (run.fates, losses.left) == (["lost", "delivered"], [])
+
+
 def test_loss_comes_in_bursts_over_packets():
     # Enters at once, never leaves: all lost.
     run = Run(DirectionSettings(8.0, 1.0, loss=GilbertElliott(1.0, 1.0)), [(0.0, 1)] * 4)
