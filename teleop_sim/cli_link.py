@@ -215,5 +215,5 @@ def rate_words(settings: DirectionSettings) -> str:
     """The rate, or the rates in turn, or the budget, in a few words."""
     rates = tuple(dict.fromkeys(rate for _, rate in settings.rates)) or (settings.rate_bps,)
     if settings.budget_bits < math.inf:
-        return f"{settings.budget_bits:.0f} bit in all"
+        return f"{settings.budget_bits:,.0f} bit in all"
     return " / ".join("no limit" if math.isinf(rate) else format_rate(rate) for rate in rates)

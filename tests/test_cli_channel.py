@@ -55,7 +55,7 @@ def test_show_tells_everything_about_a_preset(name: str) -> None:
 def test_show_guesses_what_was_meant() -> None:
     code, out, err = call("show", "drc-final")
     assert (code, out) == (2, "")
-    assert "Did you mean 'drc-finals'?" in err
+    assert "Did you mean 'drc-finals-2015'?" in err
 
 
 def test_a_trace_over_a_preset_is_csv_in_closed_form(tmp_path: Path) -> None:
@@ -97,7 +97,7 @@ def test_options_do_what_they_say() -> None:
 
 def test_the_seed_decides() -> None:
     many = "time,topic,bytes\n" + "".join(f"{10 * i},a,5\n" for i in range(40))
-    asked = ("--preset", "drc-finals", "--direction", "burst")
+    asked = ("--preset", "drc-finals-2015", "--direction", "burst")
     assert rows_of(*asked, "--seed", "4", given=many) == rows_of(*asked, "--seed", "4", given=many)
     assert rows_of(*asked, "--seed", "4", given=many) != rows_of(*asked, "--seed", "5", given=many)
 
@@ -124,7 +124,7 @@ def test_the_seed_decides() -> None:
         (("--uplink", "8bps", "--header", "10", "--budget", "87"), "below one header and one byte (88 bits)"),
         (("--uplink", "8bps", "--header", "4", "--blackout", "4s-", "--on-dark", "lose"), "the longest light, 4 s"),
         (("--uplink", "8bps", "--real-time-factor", "0.16"), "--real-time-factor: it needs a preset"),
-        (("--preset", "src-task1", "--real-time-factor", "0"), "real_time_factor: a factor of 0.0 is impossible"),
+        (("--preset", "src-task1-default", "--real-time-factor", "0"), "real_time_factor: a factor of 0.0 is impossible"),
         (("--uplink", "8bps", "--plot", "a.gif"), "--plot: a.gif is no .svg or .png"),
         (("--uplink", "8bps", "--until", "0s"), "--until"),
     ],

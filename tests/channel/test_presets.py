@@ -13,11 +13,11 @@ from teleop_sim.core.errors import BadInput, UnknownName
 
 EVERY = pytest.mark.parametrize("name", sorted(PRESETS))
 NAMES = {
-    *("src-task1-hardest", "src-task1", "src-task2-3", "src-task2-3-hard", "src-qualification"),
-    *("wpi-paper", "wpi-likely"),
-    *(f"vrc-run{i}" for i in range(1, 6)),
-    *("drc-trials", "drc-finals", "spacebot", "subt"),
-    *("moon", "mars-near", "mars-mean", "mars-far", "mars-paper"),
+    *("src-task1-hardest", "src-task1-default", "src-task2-3-default", "src-task2-3-hard", "src-qualification"),
+    *("wpi-paper-literal", "wpi-paper-likely"),
+    *(f"vrc-2013-run{i}" for i in range(1, 6)),
+    *("drc-trials-2013", "drc-finals-2015", "spacebot-cup", "subt-virtual"),
+    *("moon", "mars-near", "mars-mean", "mars-far", "mars-as-in-paper"),
 }
 
 
@@ -62,11 +62,11 @@ def test_the_same_stream_draws_the_same_link(name: str) -> None:
     ("name", "up_bps", "down_bps", "delay_s"),
     [
         ("src-task1-hardest", 64, 50e3, 10.0),  # rules
-        ("src-task1", 4e3, 380e3, 0.25),  # src_monitor.py
-        ("src-task2-3", 30e3, 2e6, 0.25),  # src_monitor.py
-        ("wpi-paper", 380, 380, 10.0),  # section VII, literally
-        ("wpi-likely", 4e3, 380e3, 10.0),
-        ("drc-finals", 9600, 9600, 0.0),
+        ("src-task1-default", 4e3, 380e3, 0.25),  # src_monitor.py
+        ("src-task2-3-default", 30e3, 2e6, 0.25),  # src_monitor.py
+        ("wpi-paper-literal", 380, 380, 10.0),  # section VII, literally
+        ("wpi-paper-likely", 4e3, 380e3, 10.0),
+        ("drc-finals-2015", 9600, 9600, 0.0),
         ("moon", math.inf, math.inf, 384400.0 / 299792.458),
         ("mars-far", math.inf, math.inf, 401e6 / 299792.458),
     ],
@@ -80,15 +80,15 @@ def test_figures_are_the_sources(name: str, up_bps: float, down_bps: float, dela
 
 
 def test_the_budgets_of_the_virtual_challenge_fall_by_four_and_by_two() -> None:
-    ups = [PRESETS[f"vrc-run{i}"].up.budget_bits for i in range(1, 6)]
-    downs = [PRESETS[f"vrc-run{i}"].down.budget_bits for i in range(1, 6)]
+    ups = [PRESETS[f"vrc-2013-run{i}"].up.budget_bits for i in range(1, 6)]
+    downs = [PRESETS[f"vrc-2013-run{i}"].down.budget_bits for i in range(1, 6)]
     assert ups == [29_491_200 / 4**i for i in range(5)]
     assert downs == [943_718_400 / 2**i for i in range(5)]
 
 
 @pytest.mark.parametrize("run", range(1, 6))
 def test_a_budget_runs_out_at_the_right_bit(run: int) -> None:
-    link = drawn(f"vrc-run{run}")
+    link = drawn(f"vrc-2013-run{run}")
     whole = int(link.budget_bits) // 8
     rows = trace([Offer(0.0, "all", whole), Offer(1.0, "more", 1)], link, np.random.default_rng(1))
     assert [(row.outcome, row.reason) for row in rows] == [("delivered", ""), ("dropped", "budget")]
@@ -97,11 +97,11 @@ def test_a_budget_runs_out_at_the_right_bit(run: int) -> None:
 
 
 def test_the_trials_alternate_minute_by_minute() -> None:
-    assert drawn("drc-trials", until_s=240.0).rates == ((0.0, 1e6), (60.0, 1e5), (120.0, 1e6), (180.0, 1e5))
+    assert drawn("drc-trials-2013", until_s=240.0).rates == ((0.0, 1e6), (60.0, 1e5), (120.0, 1e6), (180.0, 1e5))
 
 
 def test_bursts_of_the_finals_last_a_second_and_gaps_whole_seconds() -> None:
-    link = drawn("drc-finals", "burst", until_s=2600.0)
+    link = drawn("drc-finals-2015", "burst", until_s=2600.0)
     starts, ends = np.array(link.blackouts).T
     assert starts[1:] - ends[:-1] == pytest.approx(1.0)
     gaps = np.unique((ends - starts)[:-1])
@@ -122,11 +122,11 @@ def test_limits_in_wall_time_are_scaled_by_the_pace_of_the_simulation() -> None:
 @pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf])
 def test_an_impossible_pace_is_refused(factor: float) -> None:
     with pytest.raises(BadInput, match="real_time_factor"):
-        drawn("src-task1", factor=factor)
+        drawn("src-task1-default", factor=factor)
 
 
 def test_unknown_names_are_refused_with_a_guess() -> None:
-    with pytest.raises(UnknownName, match="Did you mean 'drc-finals'"):
+    with pytest.raises(UnknownName, match="Did you mean 'drc-finals-2015'"):
         preset("drc-final")
     with pytest.raises(UnknownName, match="direction of moon"):
         drawn("moon", "burst")
