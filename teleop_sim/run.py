@@ -162,8 +162,8 @@ class _Bench:
         # The sites are tied together by nothing but these two directions.
         link = scenario.link
         up, down = direction_settings(link, link.up), direction_settings(link, link.down)
-        self.up = Direction(self.env, "up", up, self._to_field, watch)
-        self.down = Direction(self.env, "down", down, self._to_station, watch)
+        self.up = Direction(self.env, "up", up, self._to_field, watch, streams("link.up"))
+        self.down = Direction(self.env, "down", down, self._to_station, watch, streams("link.down"))
         robot = self._robot(seed, replicate, self._task.site(scenario, streams), clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)

@@ -202,7 +202,7 @@ def sent_is_what_the_sites_said(story: Story) -> Iterator[str]:
 
 def waits_of_a_packet_add_up(story: Story) -> Iterator[str]:
     for p in story.all(rec.PacketEnded):
-        waits = (p.queue_s, p.blackout_s, p.serialisation_s, p.propagation_s)
+        waits = (p.queue_s, p.blackout_s, p.serialisation_s, p.propagation_s, p.retransmission_s)
         if _apart(sum(waits), p.t_s - p.sent_s) or min(waits) < -EPS_S:
             yield f"{waits} are not {p.t_s - p.sent_s}: {p}"
         if (p.outcome == "delivered") == math.isnan(p.arrived_s) or (p.outcome == "delivered" and p.arrived_s != p.t_s):
