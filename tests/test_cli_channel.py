@@ -124,7 +124,10 @@ def test_the_seed_decides() -> None:
         (("--uplink", "8bps", "--header", "10", "--budget", "87"), "below one header and one byte (88 bits)"),
         (("--uplink", "8bps", "--header", "4", "--blackout", "4s-", "--on-dark", "lose"), "the longest light, 4 s"),
         (("--uplink", "8bps", "--real-time-factor", "0.16"), "--real-time-factor: it needs a preset"),
-        (("--preset", "src-task1-default", "--real-time-factor", "0"), "real_time_factor: a factor of 0.0 is impossible"),
+        (
+            ("--preset", "src-task1-default", "--real-time-factor", "0"),
+            "real_time_factor: a factor of 0.0 is impossible",
+        ),
         (("--uplink", "8bps", "--plot", "a.gif"), "--plot: a.gif is no .svg or .png"),
         (("--uplink", "8bps", "--until", "0s"), "--until"),
     ],
