@@ -71,7 +71,7 @@ def serialisation_s(settings: DirectionSettings, frame_bytes: int) -> float:
 
 def crossing_s(settings: DirectionSettings) -> float:
     """The longest way across [s]. A jitter is taken to reach as far above its mean as below."""
-    return settings.delay_s + 2.0 * settings.jitter.mean_s - settings.jitter.least_s
+    return settings.longest_delay_s + 2.0 * settings.jitter.mean_s - settings.jitter.least_s
 
 
 def round_trip_s(out: DirectionSettings, back: DirectionSettings, payload_bytes: int) -> float:

@@ -32,10 +32,7 @@ WAYS: tuple[WayName, ...] = ("up", "down", "burst")
 
 @dataclass(frozen=True, slots=True)
 class Spell:
-    """A stretch of an alternating link: how long [s], its rate [bit/s], its one-way delay [s].
-
-    Not modelled: a delay that alternates. The way has the longest of them throughout.
-    """
+    """A stretch of an alternating link: how long [s], its rate [bit/s], its one-way delay [s]."""
 
     for_s: float
     rate_bps: float
@@ -147,6 +144,7 @@ def in_simulated_time(settings: DirectionSettings, factor: float) -> DirectionSe
         delay_s=simulated_s(settings.delay_s, factor),
         blackouts=simulated_schedule(settings.blackouts, factor),
         rates=simulated_rates(settings.rates, factor),
+        delays=tuple((simulated_s(a_s, factor), simulated_s(b_s, factor)) for a_s, b_s in settings.delays),
     )
 
 
@@ -164,12 +162,14 @@ def preset(name: str) -> Preset:
 
 def _alternate(spells: tuple[Spell, ...], until_s: float) -> dict[str, Any]:
     rates: list[tuple[float, float]] = []
+    delays: list[tuple[float, float]] = []
     clock_s, i = 0.0, 0
     while not rates or clock_s < until_s:
         spell = spells[i % len(spells)]
         rates.append((clock_s, spell.rate_bps))
+        delays.append((clock_s, spell.delay_s))
         clock_s, i = clock_s + spell.for_s, i + 1
-    return {"rates": tuple(rates)}
+    return {"rates": tuple(rates), "delays": tuple(delays)}
 
 
 def _load() -> Mapping[str, Preset]:
@@ -190,9 +190,7 @@ def _way(entry: dict[str, Any], rules: dict[str, Any]) -> Way:
     dark = dict(entry.pop("dark", {}))
     model = DARK_MODELS[dark.pop("model")](**{k: _frozen(v) for k, v in dark.items()}) if dark else None
     if spells:
-        # One delay a direction: the longest, so that nothing arrives earlier than it would.
-        longest_s = max(spell.delay_s for spell in spells)
-        entry = {"rate_bps": spells[0].rate_bps, "delay_s": longest_s} | entry
+        entry = {"rate_bps": spells[0].rate_bps, "delay_s": spells[0].delay_s} | entry
     return Way(DirectionSettings(**entry, **rules), model, spells)
 
 

@@ -44,7 +44,7 @@ class Load(Packet):
 
     Attributes:
         fragments: sizes with headers [bit].
-        flight_s: how long a bit of it is in the air.
+        jitter_s: what is added to its delay.
         out: fragments that are out.
         service_s: when the first bit went out (NaN: not yet).
         light_s: time in which bits went out for good.
@@ -56,7 +56,7 @@ class Load(Packet):
     """
 
     fragments: tuple[int, ...]
-    flight_s: float
+    jitter_s: float
     out: int = 0
     service_s: float = math.nan
     light_s: float = 0.0
@@ -119,9 +119,9 @@ class Radio(Carrier):
         fragments = self._framing.fragments(len(payload))
         bits = sum(fragments)
         number = self._offered(topic, bits)
-        # Drawn for every packet offered: what becomes of the others does not shift it. Rounding must not go below 0.
-        flight_s = max(0.0, self.settings.delay_s + self.settings.jitter.draw_s(self._jitter_rng))
-        load = Load(number, topic, payload, text, priority, bits, self._env.now, fragments, flight_s)
+        # Drawn for every packet offered: what becomes of the others does not shift it.
+        jitter_s = self.settings.jitter.draw_s(self._jitter_rng)
+        load = Load(number, topic, payload, text, priority, bits, self._env.now, fragments, jitter_s)
         if gone := self._waiting.push(load):
             self._drop(*gone)
         self._serve_next()
@@ -238,10 +238,15 @@ class Radio(Carrier):
         link = self.settings
         # Two draws a fragment whatever happens to it, so that blackouts do not shift them.
         self._bad, lost = link.loss.step(self._bad, self._loss_rng)
-        fragile = link.on_dark_flight == "lose" and load.flight_s > 0.0
-        if fragile and next_dark(self._began_s, link.blackouts) < self._until_s + load.flight_s - GRAIN_S:
+        flight_s = self._flight_s(load)
+        fragile = link.on_dark_flight == "lose" and flight_s > 0.0
+        if fragile and next_dark(self._began_s, link.blackouts) < self._until_s + flight_s - GRAIN_S:
             return BLACKOUT
         return LOST if lost else ""
+
+    def _flight_s(self, load: Load) -> float:
+        """How long the bit that now goes out is in the air. Rounding must not go below zero."""
+        return max(0.0, self.settings.delay_at(self._until_s) + load.jitter_s)
 
     def _spent_s(self, until_s: float) -> float:
         """Light time that the fragment under way has had."""
@@ -250,7 +255,7 @@ class Radio(Carrier):
     # The air
 
     def _launch(self, load: Load) -> None:
-        load.finish_s, load.arrive_s = self._until_s, self._until_s + load.flight_s
+        load.finish_s, load.arrive_s = self._until_s, self._until_s + self._flight_s(load)
         self._flying[load.number] = load
         if load.fate or self.settings.reorder:
             # Its own timeout: what does not arrive holds nobody up, and with reordering nobody does.

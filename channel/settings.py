@@ -11,7 +11,7 @@ from teleop_sim.channel.framing import Framing
 from teleop_sim.channel.jitter import Jitter, NoJitter
 from teleop_sim.channel.loss import Loss, NoLoss
 from teleop_sim.channel.queueing import DISCIPLINES, DROPS, Drop
-from teleop_sim.channel.rates import RateSchedule, rate_problems
+from teleop_sim.channel.rates import RateSchedule, rate_at, rate_problems
 from teleop_sim.core.errors import BadInput, Problem, unknown_name
 
 OnDark = Literal["pause", "restart", "lose"]
@@ -30,6 +30,8 @@ class DirectionSettings:
         header_bytes: added to every fragment and charged to the rate.
         blackouts: ``(start_s, end_s)`` in order and apart; the last end may be ``math.inf``.
         rates: ``(from_s, rate_bps)``; when given they replace ``rate_bps``.
+        delays: ``(from_s, delay_s)``; when given they replace ``delay_s``. A packet has the delay that holds when its
+            last bit goes out.
         jitter: added to a packet's delay; the sum must not go below zero.
         reorder: whether a packet with less jitter overtakes; if not, it waits at the far end for those ahead.
         loss: of each fragment; a packet is lost if one of its fragments is.
@@ -51,6 +53,7 @@ class DirectionSettings:
     header_bytes: int = 0
     blackouts: Schedule = ()
     rates: RateSchedule = field(default=(), kw_only=True)
+    delays: RateSchedule = field(default=(), kw_only=True)
     jitter: Jitter = field(default_factory=NoJitter, kw_only=True)
     reorder: bool = field(default=False, kw_only=True)
     loss: Loss = field(default_factory=NoLoss, kw_only=True)
@@ -76,6 +79,15 @@ class DirectionSettings:
         """Whether everything about a packet is known when it is offered: only the first four fields are used."""
         first_four = (self.rate_bps, self.delay_s, self.header_bytes, self.blackouts)
         return self == DirectionSettings(*first_four, reorder=self.reorder)
+
+    def delay_at(self, t_s: float) -> float:
+        """The one-way delay in force [s], without jitter."""
+        return rate_at(t_s, self.delays) if self.delays else self.delay_s
+
+    @property
+    def longest_delay_s(self) -> float:
+        """The longest one-way delay at any time, without jitter."""
+        return max((delay_s for _, delay_s in self.delays), default=self.delay_s)
 
     @property
     def framing(self) -> Framing:
@@ -104,7 +116,23 @@ def _number_problems(settings: DirectionSettings) -> tuple[Problem, ...]:
     if settings.mtu_bytes and not settings.mtu_bytes > max(0, settings.header_bytes):
         what = f"fragments of {settings.mtu_bytes} bytes hold no more than a header"
         found.append(Problem("mtu_bytes", what, f"Give 0 for no limit, or above {settings.header_bytes}."))
-    return (*found, *schedule_problems(settings.blackouts, "blackouts"), *rate_problems(settings.rates, "rates"))
+    return (
+        *found,
+        *schedule_problems(settings.blackouts, "blackouts"),
+        *rate_problems(settings.rates, "rates"),
+        *_delay_problems(settings),
+    )
+
+
+def _delay_problems(settings: DirectionSettings) -> tuple[Problem, ...]:
+    """All that is wrong with a schedule of delays: the times as for rates, and delays that jitter takes below zero."""
+    # Any rate will do: only the times are judged here.
+    found = list(rate_problems(tuple((from_s, 1.0) for from_s, _ in settings.delays), "delays"))
+    for i, (_, delay_s) in enumerate(settings.delays):
+        if not (math.isfinite(delay_s) and delay_s + min(0.0, settings.jitter.least_s) >= 0.0):
+            what = f"a delay of {delay_s} s with {settings.jitter.least_s} s of jitter arrives before it goes"
+            found.append(Problem(f"delays[{i}]", what, "Give zero or more, and more than the jitter takes away."))
+    return tuple(found)
 
 
 def _name_problems(settings: DirectionSettings) -> tuple[Problem, ...]:

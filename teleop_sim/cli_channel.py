@@ -48,7 +48,9 @@ def _rates_and_delay(made: Preset) -> tuple[str, str, str]:
     up, down = (rate_words(_shown_settings(made, name)) for name in ("up", "down"))
     if "burst" in made.ways:
         down += f" + {rate_words(made.ways['burst'].base)}"
-    return up, down, format_time(made.up.delay_s)
+    spells = made.ways["up"].alternating
+    delays_s = [spell.delay_s for spell in spells] or [made.up.delay_s]
+    return up, down, " / ".join(format_time(delay_s) for delay_s in delays_s)
 
 
 def _shown_settings(made: Preset, way: str) -> DirectionSettings:
@@ -94,10 +96,10 @@ def _way_lines(made: Preset, way: str) -> list[str]:
     lines = [f"{way}:"]
     for spell in spec.alternating:
         rate, delay = format_rate(spell.rate_bps), format_time(spell.delay_s)
-        lines.append(f"  {format_time(spell.for_s)} in turn: {rate} ({delay} one way in the source)")
+        lines.append(f"  {format_time(spell.for_s)} in turn: {rate}, {delay} one way")
     if not spec.alternating:
         lines.append(f"  rate: {rate_words(spec.base)}")
-    lines.append(f"  delay: {format_time(spec.base.delay_s)} one way")
+        lines.append(f"  delay: {format_time(spec.base.delay_s)} one way")
     dark: object = spec.dark
     if is_dataclass(dark) and not isinstance(dark, type):
         keys = ", ".join(f"{key} {value}" for key, value in asdict(dark).items())

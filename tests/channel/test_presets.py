@@ -97,7 +97,17 @@ def test_a_budget_runs_out_at_the_right_bit(run: int) -> None:
 
 
 def test_the_trials_alternate_minute_by_minute() -> None:
-    assert drawn("drc-trials-2013", until_s=240.0).rates == ((0.0, 1e6), (60.0, 1e5), (120.0, 1e6), (180.0, 1e5))
+    link = drawn("drc-trials-2013", until_s=240.0)
+    assert link.rates == ((0.0, 1e6), (60.0, 1e5), (120.0, 1e6), (180.0, 1e5))
+    assert link.delays == ((0.0, 0.05), (60.0, 0.5), (120.0, 0.05), (180.0, 0.5))
+
+
+def test_a_message_of_the_trials_has_the_delay_of_its_minute() -> None:
+    """1000 bytes: 8 ms and 50 ms in a good minute, 80 ms and 500 ms in a bad one; nobody overtakes at the change."""
+    offers = [Offer(t_s, "m", 1000) for t_s in (10.0, 70.0, 119.9, 120.0)]
+    rows = trace(offers, drawn("drc-trials-2013", until_s=240.0), np.random.default_rng(1))
+    bad, last_of_bad = 70.0 + 0.58, 119.9 + 0.58
+    assert [row.arrived_s for row in rows] == pytest.approx([10.058, bad, last_of_bad, last_of_bad], abs=1e-9)
 
 
 def test_bursts_of_the_finals_last_a_second_and_gaps_whole_seconds() -> None:
