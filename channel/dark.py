@@ -50,7 +50,7 @@ class Scheduled:
     def __post_init__(self) -> None:
         _refuse(*schedule_problems(self.blackouts, "blackouts"))
 
-    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:  # noqa: ARG002
+    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:
         """The given blackouts, cut at ``until_s``. Draws nothing."""
         return _clipped(iter(self.blackouts), until_s)
 
@@ -84,7 +84,7 @@ class Periodic:
             found.append(Problem("first_s", f"a first blackout at {self.first_s} s", "Give zero or later."))
         _refuse(*found)
 
-    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:  # noqa: ARG002
+    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:
         """Blackouts from ``first_s + k * period_s``. Draws nothing."""
         return _clipped(self._endless(), until_s)
 
@@ -225,7 +225,7 @@ class Passes:
             found.append(Problem("contacts", "no contact: nothing would ever arrive", "Give at least one."))
         _refuse(*found)
 
-    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:  # noqa: ARG002
+    def windows(self, until_s: float, rng: np.random.Generator) -> Schedule:
         """What lies between the contacts, before and after them, cut at ``until_s``. Draws nothing."""
         return _clipped(self._between(), until_s)
 

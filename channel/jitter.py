@@ -56,7 +56,7 @@ class NoJitter:
         """Zero."""
         return 0.0
 
-    def scaled(self, factor: float) -> NoJitter:  # noqa: ARG002
+    def scaled(self, factor: float) -> NoJitter:
         """The same."""
         return self
 

@@ -134,14 +134,12 @@ class Preset:
 
 
 def in_simulated_time(settings: DirectionSettings, factor: float) -> DirectionSettings:
-    """Settings that were meant in wall time; see ``clock``.
-
-    Not modelled: jitter on the wall; no preset has it.
-    """
+    """Settings that were meant in wall time; see ``clock``."""
     return replace(
         settings,
         rate_bps=simulated_bps(settings.rate_bps, factor),
         delay_s=simulated_s(settings.delay_s, factor),
+        jitter=settings.jitter.scaled(factor),
         blackouts=simulated_schedule(settings.blackouts, factor),
         rates=simulated_rates(settings.rates, factor),
         delays=tuple((simulated_s(a_s, factor), simulated_s(b_s, factor)) for a_s, b_s in settings.delays),

@@ -42,15 +42,12 @@ def list_command() -> None:
 
 
 def _rates_and_delay(made: Preset) -> tuple[str, str, str]:
-    from teleop_sim.cli_link import rate_words
-    from teleop_sim.core.units import format_time
+    from teleop_sim.cli_link import delay_words, rate_words
 
     up, down = (rate_words(_shown_settings(made, name)) for name in ("up", "down"))
     if "burst" in made.ways:
         down += f" + {rate_words(made.ways['burst'].base)}"
-    spells = made.ways["up"].alternating
-    delays_s = [spell.delay_s for spell in spells] or [made.up.delay_s]
-    return up, down, " / ".join(format_time(delay_s) for delay_s in delays_s)
+    return up, down, delay_words(_shown_settings(made, "up"))
 
 
 def _shown_settings(made: Preset, way: str) -> DirectionSettings:

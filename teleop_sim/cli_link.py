@@ -139,6 +139,8 @@ def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s:
     reader.done()
     if rates.get(way) is not None:
         changes |= {"rate_bps": rates[way], "rates": ()}
+    if "delay_s" in changes:
+        changes["delays"] = ()
     drawn_s = max(last_s, until_s or 0.0) + DRAWN_AFTER_S
     base = DirectionSettings(math.inf, 0.0)
     if chosen is not None:
@@ -147,7 +149,7 @@ def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s:
     settings = _changed(base, changes)
     if until_s is None:
         # What is drawn is known up to here only.
-        until_s = drawn_s if base.blackouts or base.rates else math.inf
+        until_s = drawn_s if base.blackouts or base.rates or base.delays else math.inf
     return ChosenLink(settings, way, until_s, seed, _title(chosen, way, settings))
 
 
@@ -207,8 +209,13 @@ def _way(given: Mapping[str, str | None], chosen: Preset | None, rates: Mapping[
 
 
 def _title(chosen: Preset | None, way: str, settings: DirectionSettings) -> str:
-    rate = rate_words(settings)
-    return f"{chosen.name if chosen else 'link'} {way}: {rate}, {format_time(settings.delay_s)} one way"
+    return f"{chosen.name if chosen else 'link'} {way}: {rate_words(settings)}, {delay_words(settings)} one way"
+
+
+def delay_words(settings: DirectionSettings) -> str:
+    """The delay, or the delays in turn, in a few words."""
+    delays_s = tuple(dict.fromkeys(delay_s for _, delay_s in settings.delays)) or (settings.delay_s,)
+    return " / ".join(map(format_time, delays_s))
 
 
 def rate_words(settings: DirectionSettings) -> str:

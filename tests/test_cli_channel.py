@@ -162,3 +162,11 @@ def test_a_plot_is_written_and_csv_only_if_asked_for(tmp_path: Path, suffix: str
 
 def test_an_empty_list_gives_the_header() -> None:
     assert call("trace", "-", "--uplink", "8bps", given="time,topic,bytes\n") == (0, ",".join(HEADER) + "\n", "")
+
+
+def test_a_latency_beside_a_preset_replaces_delays_in_turn_too(tmp_path: Path) -> None:
+    """1000 bytes in a good minute and in a bad one: 8 ms and 80 ms, then 10 s both."""
+    (tmp_path / "m.csv").write_text("time,topic,bytes,priority\n10,m,1000,0\n70,m,1000,0\n")
+    code, out, _ = call("trace", str(tmp_path / "m.csv"), "--preset", "drc-trials-2013", "--latency", "10s")
+    arrived = [float(line.split(",")[4]) for line in out.splitlines()[1:]]
+    assert (code, arrived) == (0, pytest.approx([20.008, 80.08], abs=1e-9))

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from teleop_sim.channel.jitter import UniformJitter
 from teleop_sim.channel.presets import PRESETS, WAYS, Preset, Way, in_simulated_time, preset
 from teleop_sim.channel.settings import DirectionSettings
 from teleop_sim.channel.trace import Offer, trace
@@ -155,3 +156,13 @@ def test_the_model_page_lists_every_preset_with_its_source() -> None:
     for made in PRESETS.values():
         [row] = [line for line in page.splitlines() if line.startswith(f"| `{made.name}` |")]
         assert f"| {made.clock} | {made.on_dark} | {made.source} ({made.status}) |" in row
+
+
+def test_on_the_wall_s_clock_jitter_and_alternating_delays_shrink_with_the_rest() -> None:
+    wall = DirectionSettings(
+        64.0, 10.0, rates=((0.0, 64.0), (60.0, 32.0)), delays=((0.0, 10.0), (60.0, 5.0)), jitter=UniformJitter(0.0, 2.0)
+    )
+    own = in_simulated_time(wall, 0.1)
+    assert np.array(own.delays) == pytest.approx(np.array([[0.0, 1.0], [6.0, 0.5]]))
+    assert np.array(own.rates) == pytest.approx(np.array([[0.0, 640.0], [6.0, 320.0]]))
+    assert own.jitter.mean_s == pytest.approx(0.1 * wall.jitter.mean_s)
