@@ -116,7 +116,7 @@ def test_best_effort_adds_nothing_and_its_fates_are_those_of_its_packets():
     assert s.got == [(12.25 + 2.25 * i, b"x" * 18) for i in range(8)]
     assert {p.size_bits for p in s.packets} == {144}
     assert [f.outcome for f in s.fates] == ["delivered"] * 8 + ["in_flight"] * 2
-    assert s.fates[1] == Fate(1, "chat", 18, "delivered", "", 1, 0.0, 14.5, 0.0, 0.0, 14.5, 0.0, "said")
+    assert s.fates[1] == Fate(1, "chat", 18, "delivered", "", 1, 0.0, 14.5, 0.0, 0.0, 14.5, 0.0, "said", 1)
     assert (s.link.station.book.offered, s.link.station.book.delivered, s.link.station.book.gave_up) == (10, 8, 0)
 
 
@@ -161,7 +161,7 @@ def test_a_lost_copy_costs_one_time_out_and_the_account_says_so():
     s.link.station.send("chat", b"x" * 18, "said")
     s.until(200.0)
     assert s.got == [(60.0 + 12.625, b"x" * 18)]
-    assert s.fates == [Fate(0, "chat", 18, "delivered", "", 3, 0.0, 72.625, 0.0, 60.0, 12.625, 0.0, "said")]
+    assert s.fates == [Fate(0, "chat", 18, "delivered", "", 3, 0.0, 72.625, 0.0, 60.0, 12.625, 0.0, "said", 2)]
 
 
 def test_a_lost_acknowledgement_makes_a_copy_that_the_application_never_sees():
