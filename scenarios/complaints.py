@@ -68,7 +68,8 @@ class Reporter:
 
     def _where(self, path: KeyPath) -> str:
         key = key_text(path)
-        for dotted, label in self.labels.items():
+        # The closest override is to blame: --uplink, not the --preset that it changes.
+        for dotted, label in sorted(self.labels.items(), key=lambda item: -len(item[0])):
             inside = key == dotted or key.startswith((f"{dotted}.", f"{dotted}["))
             made_by_it = dotted.startswith(f"{key}.") and path not in self.places.of
             if inside or made_by_it:

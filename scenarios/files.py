@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -84,14 +85,18 @@ def json_schema() -> dict[str, Any]:
 
 
 def _without_nothing(schema: Any) -> Any:
-    """A schema without null, which TOML does not have."""
+    """A schema without null, which TOML does not have, and without endless defaults, which JSON does not have."""
     if isinstance(schema, list):
         return [_without_nothing(inner) for inner in schema if inner != {"type": "null"}]
     if not isinstance(schema, dict):
         return schema
-    kept = {key: _without_nothing(inner) for key, inner in schema.items() if (key, inner) != ("default", None)}
+    kept = {key: _without_nothing(inner) for key, inner in schema.items() if key != "default" or _in_json(inner)}
     choices = kept.get("anyOf", ())
     return {key: inner for key, inner in kept.items() if key != "anyOf"} | choices[0] if len(choices) == 1 else kept
+
+
+def _in_json(value: object) -> bool:
+    return value is not None and not (isinstance(value, float) and math.isinf(value))
 
 
 def _detail(problem: Problem) -> ErrorDetails:

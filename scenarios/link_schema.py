@@ -54,7 +54,7 @@ def _topics(value: dict[str, int] | None) -> dict[str, int] | None:
     for topic in value or ():
         if topic not in TOPICS:
             raise unknown(topic, TOPICS)
-    return value
+    return value or None
 
 
 Bound = Annotated[float, Field(allow_inf_nan=True)]

@@ -16,7 +16,7 @@ import numpy as np
 
 from teleop_sim.channel.clock import simulated_bps, simulated_rates, simulated_s, simulated_schedule
 from teleop_sim.channel.delivery import BestEffort, Delivery
-from teleop_sim.channel.feasible import refuse_undeliverable
+from teleop_sim.channel.feasible import undeliverable
 from teleop_sim.channel.link import DirectionSettings
 from teleop_sim.channel.message import DirectionName
 from teleop_sim.channel.presets import Spell, Way, preset
@@ -47,8 +47,6 @@ _ONE_OF = (
     ("blackouts", "dark"),
     ("rates", "alternating"),
     ("delays", "alternating"),
-    ("rates", "by_state"),
-    ("alternating", "by_state"),
 )
 """Keys that say the same thing in two ways."""
 
@@ -127,32 +125,59 @@ def _names() -> tuple[DirectionName, DirectionName]:
 def _way_plan(scenario: Scenario, name: DirectionName, streams: Streams) -> WayPlan:
     link, where = scenario.link, f"link.{name}"
     own: LinkDirection = link.up if name == "up" else link.down
-    if problems := (*_contradictions(own, where), *_preset_problems(scenario, own, where)):
-        raise BadInput(problems)
     factor = link.real_time_factor if link.clock == "wall" else 1.0
-    until_s, draw = scenario.time_limit_s, partial(streams, f"{where}.dark")
-    base = _BARE if link.preset is None else _from_preset(link.preset, own.way or name, scenario, draw(), where)
+    rates, problems = _rates_by_state(scenario, own, where, factor)
+    problems += (*_contradictions(own, where), *_way_problems(scenario, own, where))
+    settings = _BARE
     try:
-        settings = replace(base, **_changes(own, factor, until_s, draw))
+        settings = _settings(scenario, own, name, factor, partial(streams, f"{where}.dark"))
     except BadInput as error:
-        raise BadInput(tuple(replace(p, where=f"{where}.{p.where}") for p in error.problems)) from None
-    rates, problems = _rates_by_state(scenario, own, settings, where, factor)
+        problems += error.problems
+    if rates and settings.rates:
+        problems += (Problem(f"{where}.by_state", "stands beside rates in turn", "Give rate_bps, for other states."),)
+    if rates:
+        settings = replace(settings, rates=((0.0, rates.get(_states(scenario)[0], settings.rate_bps)),))
     if problems:
         raise BadInput(problems)
-    if rates:
-        start = _states(scenario)[0]
-        settings = replace(settings, rates=((0.0, rates.get(start, settings.rate_bps)),))
-    # What is drawn is known up to the end of the run only.
-    drawn = own.dark is not None or link.preset is not None
-    refuse_undeliverable(settings, until_s if drawn else math.inf, where)
+    _refuse_undeliverable(scenario, own, settings, where)
     return WayPlan(settings, own.delivery or link.delivery or BestEffort(), rates, own.priorities or {})
 
 
-def _from_preset(
-    name: str, way: Literal["up", "down", "burst"], scenario: Scenario, rng: np.random.Generator, where: str
+def _settings(
+    scenario: Scenario,
+    own: LinkDirection,
+    name: DirectionName,
+    factor: float,
+    draw: Callable[[], np.random.Generator],
 ) -> DirectionSettings:
+    """What the direction can do, apart from rates by state."""
+    named, until_s, where = scenario.link.preset, scenario.time_limit_s, f"link.{name}"
+    way = own.way or name
+    # A way that the preset does not have is told elsewhere.
+    known = named is not None and way in preset(named).ways
+    base = _from_preset(scenario, way, draw(), where) if known else _BARE
     try:
-        return preset(name).settings(scenario.time_limit_s, rng, way, scenario.link.real_time_factor)
+        return replace(base, **_changes(own, factor, until_s, draw))
+    except BadInput as error:
+        raise BadInput(tuple(replace(p, where=f"{where}.{p.where}") for p in error.problems)) from None
+
+
+def _refuse_undeliverable(scenario: Scenario, own: LinkDirection, settings: DirectionSettings, where: str) -> None:
+    # What is drawn is known up to the end of the run only.
+    drawn = own.dark is not None or scenario.link.preset is not None
+    found = undeliverable(settings, scenario.time_limit_s if drawn else math.inf, where)
+    if own.dark is not None:
+        found = tuple(replace(p, where=p.where.replace(".blackouts", ".dark")) for p in found)
+    if found:
+        raise BadInput(found)
+
+
+def _from_preset(
+    scenario: Scenario, way: Literal["up", "down", "burst"], rng: np.random.Generator, where: str
+) -> DirectionSettings:
+    chosen = preset(scenario.link.preset or "")
+    try:
+        return chosen.settings(scenario.time_limit_s, rng, way, scenario.link.real_time_factor)
     except BadInput as error:
         raise BadInput(tuple(replace(p, where=where, what=f"{p.where}: {p.what}") for p in error.problems)) from None
 
@@ -190,7 +215,8 @@ def _contradictions(own: LinkDirection, where: str) -> tuple[Problem, ...]:
     return tuple(Problem(f"{where}.{b}", f"stands beside {a}", f"Give {a} or {b}.") for a, b in both)
 
 
-def _preset_problems(scenario: Scenario, own: LinkDirection, where: str) -> tuple[Problem, ...]:
+def _way_problems(scenario: Scenario, own: LinkDirection, where: str) -> tuple[Problem, ...]:
+    """A way of the preset that is not there."""
     if own.way is None:
         return ()
     if scenario.link.preset is None:
@@ -200,18 +226,13 @@ def _preset_problems(scenario: Scenario, own: LinkDirection, where: str) -> tupl
 
 
 def _rates_by_state(
-    scenario: Scenario, own: LinkDirection, settings: DirectionSettings, where: str, factor: float
+    scenario: Scenario, own: LinkDirection, where: str, factor: float
 ) -> tuple[dict[str, float], tuple[Problem, ...]]:
     """State to rate [bit/s], and states that the task's machine does not have or that are named twice."""
-    given = own.by_state or ()
-    if not given:
+    if not own.by_state:
         return {}, ()
     known, rates, problems = _states(scenario), dict[str, float](), list[Problem]()
-    if settings.rates:
-        problems.append(
-            Problem(f"{where}.by_state", "stands beside the preset's rates in turn", "Give rate_bps for other states.")
-        )
-    for i, entry in enumerate(given):
+    for i, entry in enumerate(own.by_state):
         here = f"{where}.by_state[{i}].state"
         if entry.state not in known:
             problems.append(unknown_name(here, entry.state, known))

@@ -53,10 +53,13 @@ class _Registered:
         if value is None or type(value) in self._models.values():
             return value
         if isinstance(value, str):
+            # A bare name: what is wrong with it is wrong with the value itself.
+            if value not in self._models:
+                raise unknown(value, tuple(self._models))
             value = {MODEL: value}
         if not isinstance(value, Mapping):
             raise PydanticKnownError("model_type", {"class_name": MODEL})
-        given = {key: _frozen(inner) for key, inner in value.items()}
+        given = {str(key): _frozen(inner) for key, inner in value.items()}
         name = given.pop(MODEL, None)
         if not isinstance(name, str):
             what = "is missing" if MODEL not in value else f"{name!r} is not a text"
@@ -75,7 +78,7 @@ class _Registered:
 
     def json_schema(self) -> dict[str, Any]:
         """One schema a model; a name alone will do where the model needs no key."""
-        bare = [name for name, made in self._models.items() if not any(map(_needed, fields(made)))]
+        bare = [name for name in self._models if not self._needed(name)]
         return {"anyOf": [{"enum": bare}, *(self._schema_of(name) for name in self._models)]}
 
     def _schema_of(self, name: str) -> dict[str, Any]:
@@ -84,25 +87,32 @@ class _Registered:
         return schema | {"properties": properties, "required": [MODEL, *schema.get("required", ())]}
 
     def _made(self, name: str, given: dict[str, Any]) -> object:
+        table = self._tables[name]
+        extra = [_error((key,), self._unknown_key(name)) for key in given if key not in table.model_fields]
         try:
-            read = self._tables[name].model_validate(given)
+            read = table.model_validate({key: value for key, value in given.items() if key in table.model_fields})
+            made = self._models[name](**dict(read))
         except ValidationError as error:
-            raise _errors(self._told(name, detail) for detail in error.errors()) from None
-        try:
-            return self._models[name](**dict(read))
+            raise _errors([*extra, *(self._told(name, detail) for detail in error.errors())]) from None
         except BadInput as error:
-            raise _errors(_error(key_path(p.where), refused(p.what, p.hint)) for p in error.problems) from None
+            told = [_error(key_path(p.where), refused(p.what, p.hint)) for p in error.problems]
+            raise _errors([*extra, *told]) from None
+        if extra:
+            raise _errors(extra)
+        return made
+
+    def _unknown_key(self, name: str) -> PydanticCustomError:
+        known = (MODEL, *self._tables[name].model_fields)
+        return PydanticCustomError("unknown_key", "unknown key", {"choices": known})
 
     def _told(self, name: str, detail: ErrorDetails) -> InitErrorDetails:
-        keys = tuple(self._tables[name].model_fields)
-        match detail["type"]:
-            case "extra_forbidden":
-                known = PydanticCustomError("unknown_key", "unknown key", {"choices": (MODEL, *keys)})
-                return _error(detail["loc"], known)
-            case "missing":
-                return _error(detail["loc"], refused("is missing", f"The keys of {name!r}: {', '.join(keys)}."))
-            case kind:
-                return InitErrorDetails(type=kind, loc=detail["loc"], input=detail["input"], ctx=detail.get("ctx", {}))
+        loc, kind = detail["loc"], detail["type"]
+        if kind == "missing":
+            return _error(loc, refused("is missing", f"{name!r} needs {', '.join(self._needed(name))}."))
+        return InitErrorDetails(type=kind, loc=loc, input=detail["input"], ctx=detail.get("ctx", {}))
+
+    def _needed(self, name: str) -> list[str]:
+        return [field.name for field in fields(self._models[name]) if _needed(field)]
 
     def _hint(self) -> str:
         return f'Give {MODEL} = "NAME" with one of: {", ".join(self._models)}.'
