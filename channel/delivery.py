@@ -11,9 +11,10 @@ segments instead, whose 40 bytes of headers cannot be taken for frames (``tcp.py
 What a delivery repeats, and what it says to the other endpoint, is never superseded under the discipline ``newest``:
 an acknowledgement of one number does not stand for that of another. ``newest`` counts for best effort alone.
 
-The end: a run with best effort, or with a limit to its tries, comes to an end by itself. A delivery that never gives up
-(``tries`` or ``give_up_s`` infinite) on a link that delivers nothing keeps the clock going for ever: give ``until`` to
-``env.run``. So does one direction of endless traffic.
+The end: with best effort, or with finite ``tries`` or ``give_up_s``, nothing happens any more some time after the last
+message, and ``env.run()`` returns. A delivery that never gives up keeps the clock going for ever on a link that
+delivers nothing (all is lost, or no budget is left): give ``env.run`` an ``until``. Custody that knows the dark to last
+does not.
 
 Not modelled: acknowledgements in the head of data, congestion control, round trips that are measured.
 """
