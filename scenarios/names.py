@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 ROBOTS: Mapping[str, str] = {
+    "atlas": "Boston Dynamics Atlas v5, as in the DARPA Robotics Challenge",
+    "thormang3": "ROBOTIS THORMANG3, as in the DARPA Robotics Challenge; 1.4 m, short steps",
     "valkyrie": "NASA Valkyrie R5, as in the Space Robotics Challenge",
 }
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from teleop_sim.robot.law import Arrays
 from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.belief import Belief
 from teleop_sim.world.plant import Plant
 
 
@@ -21,13 +22,14 @@ def qpos_places(plant: Plant) -> np.ndarray:
     return np.array([0] * 6 + joints, np.int64)
 
 
-def law_arrays(spec: RobotSpec, plant: Plant, touch: np.ndarray) -> Arrays:
-    """Views of the plant's arrays, cut to the robot, which comes first; they stay valid as long as the plant.
+def law_arrays(spec: RobotSpec, plant: Plant, belief: Belief | None) -> Arrays:
+    """Views of MuJoCo's arrays, cut to the robot, which comes first; they stay valid as long as their owners.
 
     Args:
-        spec: names the legs. plant: holds the arrays. touch: (2,) where the soles' loads will be written [N].
+        spec: names the legs. plant: is controlled, and read unless there is a belief. belief: read instead.
     """
-    model, data, nv = plant.model, plant.data, plant.nv_robot
+    source: Plant | Belief = plant if belief is None else belief
+    model, data, nv = source.model, source.data, plant.nv_robot
     dof, foot = dofs(plant), spec.model.description.sole
     sites = [model.site(f"{name}_sole").id for name in (foot.left, foot.right)]
     step = sites[1] - sites[0]
@@ -50,8 +52,16 @@ def law_arrays(spec: RobotSpec, plant: Plant, touch: np.ndarray) -> Arrays:
         cdof_dot=data.cdof_dot,
         sole=data.site_xpos[soles],
         sole_rotation=data.site_xmat[soles],
-        touch=touch,
-        kp=model.actuator_gainprm[: nv - 6, 0].copy(),
-        kv=-model.actuator_biasprm[: nv - 6, 2].copy(),
-        control=data.ctrl[: nv - 6],
+        touch=sole_loads(spec, plant) if belief is None else belief.touch,
+        kp=plant.model.actuator_gainprm[: nv - 6, 0].copy(),
+        kv=-plant.model.actuator_biasprm[: nv - 6, 2].copy(),
+        control=plant.data.ctrl[: nv - 6],
     )
+
+
+def sole_loads(spec: RobotSpec, plant: Plant) -> np.ndarray:
+    """View of both soles' touch sensors (2,) [N], left and right."""
+    foot = spec.model.description.sole
+    first = int(plant.model.sensor(f"{foot.left}_touch").adr[0])
+    loads: np.ndarray = plant.data.sensordata[first : first + 2]
+    return loads

@@ -7,12 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from teleop_sim.robot import law
-from teleop_sim.robot.arrays import dofs, law_arrays
+from teleop_sim.robot.arrays import dofs, law_arrays, sole_loads
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.gait import Plan, stand_row
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.belief import Belief
+from teleop_sim.world.disturbances import believed
 from teleop_sim.world.plant import GRAVITY_M_S2, TICK_S, Plant, PlantState, Pose
+
+SIDES: tuple[Side, Side] = ("left", "right")
 
 FALL_HEIGHT = 0.7
 """Share of the standing pelvis height under which the robot has fallen."""
@@ -39,6 +43,7 @@ class RobotState:
     memory: tuple[float, ...]
     fallen: bool = False
     unfinished: Unfinished | None = None
+    felt: bytes = b""
 
 
 class Body:
@@ -46,6 +51,7 @@ class Body:
 
     Attributes:
         upper_names: joints of torso, neck and arms, in the model's order.
+        hands: sides that have a hand.
         joint_names: all joints but the jaws.
         unfinished: the plan that was cut before this state.
         walking: the plan now followed, and the row reached.
@@ -60,19 +66,22 @@ class Body:
         model = plant.model
         self.joint_names = plant.robot_joints
         self.upper_names = spec.upper
-        nv, dof = plant.nv_robot, dofs(plant)
-        self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in ("left", "right")}
-        self._jaw_controls = np.array([dof[n] - 6 for side in ("left", "right") for n in self._jaws[side]], np.int64)
-        self._stroke = float(model.joint("leftJaw0").range[1])
+        dof = dofs(plant)
+        self.hands = tuple(side for side in SIDES if any(mount.side == side for mount in spec.model.hands))
+        self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in self.hands}
+        self._jaw_controls = np.array([dof[n] - 6 for side in self.hands for n in self._jaws[side]], np.int64)
+        strokes = {mount.side: mount.cage.stroke_m for mount in spec.model.hands}
+        self._strokes = np.array([[strokes.get(side, 0.0) for _ in (0, 1)] for side in SIDES])
+        self._has_jaws = np.array([side in self.hands for side in SIDES])
         self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
         foot = spec.model.description.sole
         self._feet = (foot.left, foot.right)
-        self._touch_index = np.array([int(model.sensor(f"{name}_touch").adr[0]) for name in self._feet])
-        self._touch = np.zeros(2)
-        self._arrays = law_arrays(spec, plant, self._touch)
-        self._upper = self._arrays.upper
-        self._upper_qpos = self._arrays.qposadr[self._upper]
-        self._qref, self._vref, self._extra = np.zeros(nv - 6), np.zeros(nv - 6), np.zeros(nv - 6)
+        self._belief = believe(spec, plant)
+        self._arrays = law_arrays(spec, plant, self._belief)
+        self._loads = sole_loads(spec, plant)
+        self._upper_qpos = self._arrays.qposadr[self._arrays.upper]
+        self._still = np.zeros(len(self.upper_names))
+        self._qpos, self._controls = plant.data.qpos, plant.data.ctrl
         self._memory = np.zeros(law.MEMORY)
         self.posture = np.zeros(len(self.upper_names))
         self.jaws = (0.0, 0.0)
@@ -99,7 +108,7 @@ class Body:
                 high = middle
         self._com_ahead_m(low)
         soles = self.soles()
-        height_m = plant.data.subtree_com[1][2] - soles[0].position[2]
+        height_m = self.com()[2] - soles[0].position[2]
         plant.data.qpos[2] -= soles[0].position[2] + 0.0005
         x, y = body_xy(soles)
         plant.data.qpos[0] -= x
@@ -108,12 +117,14 @@ class Body:
         self.com_height_m = float(height_m)
         self.pelvis_height_m = float(plant.data.qpos[2])
         self._gains = self._nominal_gains()
+        self._figures = np.array(self._gains)
         memory = [0.0] * law.MEMORY
         memory[law.LANDED] = memory[law.LANDED + 1] = 1.0
         return RobotState(plant.save(), tuple(map(float, self.named_posture("walk"))), (0.0, 0.0), tuple(memory))
 
     def _nominal_gains(self) -> law.Gains:
-        mass_kg = float(self.plant.model.body_subtreemass[1])
+        source = self.plant if self._belief is None else self._belief
+        mass_kg = float(source.model.body_subtreemass[1])
         half = np.array(self.spec.model.description.sole.size_m) / 2
         return law.Gains(
             omega=float(np.sqrt(GRAVITY_M_S2 / self.com_height_m)),
@@ -124,15 +135,22 @@ class Body:
             touchdown_n=80.0 * mass_kg / 136.0,
             tick_s=TICK_S,
             gravity=GRAVITY_M_S2,
+            **self.spec.gains,
         )
 
     def _com_ahead_m(self, hip_rad: float) -> float:
         """Centre of mass ahead of the soles' middle with the hips flexed by ``hip_rad``; more flexion leans back."""
+        angles = (-hip_rad, self.spec.knee_rad, hip_rad - self.spec.knee_rad)
         for leg in self.spec.legs:
-            for name, value in zip(leg[2:5], (-hip_rad, self.spec.knee_rad, hip_rad - self.spec.knee_rad), strict=True):
-                self.plant.set_angle(name, value)
+            for name, value in zip(leg[2:5], angles, strict=True):
+                # Some robots mirror their pitch axes.
+                pitch = self.spec.model.description.joint(name).axis[1]
+                self.plant.set_angle(name, float(np.copysign(value, value * pitch)))
         self.plant.load(self.plant.save())
-        return float(body_xy(self.soles())[0] - self.plant.data.subtree_com[1][0]) * -1.0
+        if self._belief is not None:
+            self._belief.load(b"")
+        self._feel()
+        return float(self.com()[0] - body_xy(self.soles())[0])
 
     def standing(self) -> RobotState:
         """The robot at the origin, just put down."""
@@ -158,13 +176,18 @@ class Body:
         self.jaws = state.jaws
         self._memory[:] = state.memory
         self.fallen, self.unfinished, self.walking = state.fallen, state.unfinished, None
+        if self._belief is not None:
+            self._belief.load(state.felt)
+            self._feel()
+            self._belief.load(state.felt)
         self.set_stand()
 
     def save(self) -> RobotState:
         """The state now."""
         memory = tuple(float(x) for x in self._memory)
         posture = tuple(float(x) for x in self.posture)
-        return RobotState(self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished())
+        felt = b"" if self._belief is None else self._belief.save()
+        return RobotState(self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished(), felt)
 
     def _unfinished(self) -> Unfinished | None:
         if self.walking is None:
@@ -202,18 +225,13 @@ class Body:
         return float(at[0]), float(at[1]), float(np.arctan2(turned[3], turned[0]))
 
     def com(self) -> np.ndarray:
-        """Centre of mass (3,)."""
-        com: np.ndarray = self.plant.data.subtree_com[1].copy()
+        """Centre of mass (3,), where it is believed to be."""
+        com: np.ndarray = self._arrays.com.copy()
         return com
 
     def ground_z_m(self) -> float:
         """Height of the ground on which the feet stand, as the law remembers it."""
         return float(self._memory[law.GROUND])
-
-    @property
-    def hands(self) -> tuple[Side, ...]:
-        """Sides that have a hand."""
-        return ("left", "right")
 
     def balance_error_m(self) -> float:
         """How far the divergent component of motion is from its reference, as the law last saw it."""
@@ -238,9 +256,7 @@ class Body:
 
     def has_fallen(self) -> bool:
         """Whether the pelvis is too low or tilted too far."""
-        pelvis = self.plant.data.qpos
-        tilt_cos = 1 - 2 * (pelvis[4] ** 2 + pelvis[5] ** 2)
-        return bool(pelvis[2] < FALL_HEIGHT * self.pelvis_height_m or tilt_cos < FALL_TILT_COS)
+        return bool(law.is_down(self._qpos, FALL_HEIGHT * self.pelvis_height_m, FALL_TILT_COS))
 
     # Acting --------------------------------------------------------------------------------------------------------
 
@@ -252,19 +268,36 @@ class Body:
         """One control period of physics. Returns False when the robot has fallen."""
         plant = self.plant
         plant.begin_tick()
-        n = self._upper - 6
-        self._qref[n] = reference.posture
-        self._vref[n] = 0.0 if reference.rate is None else reference.rate
-        self._extra[n] = 0.0 if reference.torque is None else reference.torque
-        self._touch[:] = plant.data.sensordata[self._touch_index]
+        if self._belief is not None:
+            self._feel()
         row = self.stand if reference.row is None else reference.row
-        law.tick(row, self._gains, self._memory, self._arrays, self._qref, self._vref, self._extra)
-        left, right = (jaw * self._stroke for jaw in reference.jaws)
-        plant.data.ctrl[self._jaw_controls] = (left, left, right, right)
+        rate = self._still if reference.rate is None else reference.rate
+        torque = self._still if reference.torque is None else reference.torque
+        law.tick(row, self._figures, self._memory, reference.posture, rate, torque, *self._arrays)
+        if self.hands:
+            self._set_jaws(reference.jaws)
         plant.end_tick()
         self.posture, self.jaws = reference.posture, reference.jaws
         self.fallen = self.has_fallen()
         return not self.fallen
+
+    def _set_jaws(self, jaws: tuple[float, float]) -> None:
+        strokes = self._strokes * np.array(jaws)[:, None]
+        self._controls[self._jaw_controls] = strokes[self._has_jaws].ravel()
+
+    def _feel(self) -> None:
+        """Let the belief take in the plant's state."""
+        if self._belief is not None:
+            data = self.plant.data
+            self._belief.feel(data.qpos, data.qvel, self._loads)
+
+
+def believe(spec: RobotSpec, plant: Plant) -> Belief | None:
+    """A belief of its own where it differs from the plant's truth."""
+    what = plant.disturbances
+    if not what.deceives:
+        return None
+    return Belief(believed(spec.model, what), GRAVITY_M_S2, round(what.delay_s / TICK_S))
 
 
 def body_xy(soles: tuple[Pose, Pose]) -> tuple[float, float]:

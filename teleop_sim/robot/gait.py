@@ -14,6 +14,7 @@ import numpy as np
 
 from teleop_sim.robot import law
 from teleop_sim.robot.commands import PlanarPose
+from teleop_sim.robot.law_math import com_forwards, dcm_backwards
 from teleop_sim.world.plant import GRAVITY_M_S2
 
 LEFT, RIGHT = 0, 1
@@ -26,6 +27,7 @@ class Gait:
     ``swing_s``, ``transfer_s``: WPI's task code (both 0.7 s; val_task1.cpp). ``stride_m`` 0.3 and turning up to 0.2 rad
     with it, 0.6 rad on the spot: WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a
     2 cm bump (measured). ``width_m``: between sole centres. ``first_s``, ``last_s``: first load shift, rest (assumed).
+    ``lean_rad``: how far the pelvis leans over a foot that bears all the weight; it takes load off the hip's roll.
     """
 
     swing_s: float = 0.7
@@ -39,6 +41,7 @@ class Gait:
     width_m: float = 0.26
     first_s: float = 1.0
     last_s: float = 1.0
+    lean_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,9 @@ def make_plan(
     _fill_feet(rows, soles, tick_s)
     rows[:, law.HEIGHT] = com_height_m + ground_z_m
     _begin_at(rows[:, law.ZMP : law.ZMP + 2], np.array(com, float), counts[0], omega, tick_s)
-    rows[:, law.XI : law.XI + 2] = reference_dcm(rows[:, law.ZMP : law.ZMP + 2], omega, tick_s)
+    xi = rows[:, law.XI : law.XI + 2] = reference_dcm(rows[:, law.ZMP : law.ZMP + 2], omega, tick_s)
+    if gait.lean_rad:
+        rows[:, law.LEAN] = _lean(rows[:, law.ZMP : law.ZMP + 2], xi, com, soles, gait.lean_rad, omega * tick_s)
     return Plan(rows, omega, tuple(ends))
 
 
@@ -256,13 +261,19 @@ def reference_dcm(zmp: np.ndarray, omega: float, tick_s: float) -> np.ndarray:
 
     Where it begins follows from the table.
     """
-    n = len(zmp)
-    decay = np.exp(-omega * tick_s)
-    xi = np.empty((n + 1, 2))
-    xi[n] = zmp[-1]
-    for k in range(n - 1, -1, -1):
-        xi[k] = zmp[k] + (xi[k + 1] - zmp[k]) * decay
-    return xi[:n]
+    xi: np.ndarray = dcm_backwards(zmp, np.exp(-omega * tick_s))
+    return xi
+
+
+def _lean(
+    zmp: np.ndarray, xi: np.ndarray, com: np.ndarray, soles: np.ndarray, lean_rad: float, omega_tick: float
+) -> np.ndarray:
+    """Pelvis roll (n,), in proportion to how far the centre of mass is from the soles' middle towards one of them."""
+    path = com_forwards(zmp, xi, np.array(com, float), np.exp(-omega_tick), np.sinh(omega_tick))
+    across = soles[:, 0, :2] - soles[:, 1, :2]
+    aside = ((path - soles[:, :, :2].mean(1)) * across).sum(1) / (across**2).sum(1)
+    lean: np.ndarray = -2.0 * lean_rad * aside
+    return lean
 
 
 def stand_row(feet: Sequence[PlanarPose], com_height_m: float, ground_z_m: float) -> np.ndarray:

@@ -98,8 +98,8 @@ def build(spec: RobotSpec) -> Kinematics:
         model.appendBodyToJoint(number, _inertia(description.link(joint.child)), pin.SE3.Identity())
     # All frames go in before any Data is made: a frame added later is written past the end of older Data.
     feet = (description.sole.left, description.sole.right)
-    soles = [_add_sole(model, carriers[foot], description) for foot in feet]
-    tools = {mount.side: _add_hand(model, carriers[mount.palm], mount) for mount in spec.model.hands}
+    soles = [_add_sole(model, carriers[foot], description, foot) for foot in feet]
+    tools = {side: _add_hand(model, carriers[m.palm], m) for side in SIDES for m in spec.model.hands if m.side == side}
     return Kinematics(
         model=model,
         data=model.createData(),
@@ -107,7 +107,7 @@ def build(spec: RobotSpec) -> Kinematics:
         lower=model.lowerPositionLimit[7:].copy(),
         upper=model.upperPositionLimit[7:].copy(),
         soles=(soles[0], soles[1]),
-        tools={side: tools[side] for side in SIDES},
+        tools=tools,
         torso=spec.torso,
         legs=(*spec.legs[0], *spec.legs[1]),
         arms={side: spec.arms[side] for side in SIDES},
@@ -132,8 +132,8 @@ def _inertia(link: Link) -> Any:
     return pin.Inertia(link.mass_kg, np.array(link.com_m), inertia_matrix(link))
 
 
-def _add_sole(model: Any, ankle: int, description: Description) -> int:
-    middle = np.array(description.sole.centre_m) - [0.0, 0.0, description.sole.size_m[2] / 2]
+def _add_sole(model: Any, ankle: int, description: Description, foot: str) -> int:
+    middle = np.array(description.sole.centre_of(foot)) - [0.0, 0.0, description.sole.size_m[2] / 2]
     name = f"{model.names[ankle]}_sole"
     return int(model.addFrame(pin.Frame(name, ankle, pin.SE3(np.eye(3), middle), pin.FrameType.OP_FRAME)))
 

@@ -20,7 +20,8 @@ from numba.extending import register_jitable
 from teleop_sim.robot.law_math import base_rotation, clip, compiled, cross, dot, into, out_of, solve, tilt_error
 
 # Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
-XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, FOOT = 0, 2, 4, 5, 6, 7, 8, 9
+# LEAN: rotation of the pelvis about its own forward axis, over the standing foot.
+XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, LEAN, FOOT = 0, 2, 4, 5, 6, 7, 8, 9, 10
 COLUMNS = FOOT + 24
 BOTH = 2.0
 """Value of STANCE with both feet on the ground; else the index of the standing foot."""
@@ -31,7 +32,9 @@ MEMORY = 9
 
 
 class Gains(NamedTuple):
-    """Parameters of the law; measured in trials to walk 40 of 40 unseen seeds (friction 0.4 to 1, pushes, bump)."""
+    """Parameters of the law, measured in trials (docs/physics.md). The defaults are those of every robot whose data do
+    not say otherwise.
+    """
 
     omega: float
     mass_kg: float
@@ -177,9 +180,13 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     """Accelerations of all degrees of freedom (nv,) that fulfil the tasks."""
     nv = a.qvel.size
     qdd = np.zeros(nv)
-    for i in a.upper:
-        qdd[i] = g.upper * (qref[i - 6] - a.qpos[a.qposadr[i]]) + g.upper_damping * (vref[i - 6] - a.qvel[i])
-    e = tilt_error(Rb, np.cos(row[YAW]), np.sin(row[YAW]))
+    for k in range(a.upper.size):
+        i = a.upper[k]
+        qdd[i] = g.upper * (qref[k] - a.qpos[a.qposadr[i]]) + g.upper_damping * (vref[k] - a.qvel[i])
+    cos_yaw, sin_yaw = np.cos(row[YAW]), np.sin(row[YAW])
+    e = tilt_error(Rb, cos_yaw, sin_yaw)
+    e[0] += cos_yaw * row[LEAN]
+    e[1] += sin_yaw * row[LEAN]
     for n in range(3):
         along = Rb[0, n] * e[0] + Rb[1, n] * e[1] + Rb[2, n] * e[2]
         qdd[3 + n] = g.rotation * along + g.rotation_damping * (Rb[2, n] * row[YAW_RATE] - a.qvel[3 + n])
@@ -280,14 +287,28 @@ def carry(F, g, a, Jl, tau):
                 tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]
 
 
+@register_jitable
+def _named(gains, arrays):
+    """The flat arguments of ``tick`` as Gains and Arrays."""
+    g = Gains(
+        gains[0], gains[1], gains[2], gains[3], gains[4], gains[5], gains[6], gains[7], gains[8], gains[9],
+        gains[10], gains[11], gains[12], gains[13], gains[14], gains[15], gains[16],
+    )  # fmt: skip
+    return g, Arrays(*arrays)
+
+
 @compiled
-def tick(row, g, memory, a, qref, vref, extra):
-    """One control period: read the arrays, set ``a.control``.
+def tick(row, gains, memory, qref, vref, extra, *arrays):
+    """One control period: read the arrays, set ``Arrays.control``.
+
+    Gains and arrays come flat: unpacking a named tuple at each call costs more than the law itself.
 
     Args:
-        row: (COLUMNS,) of the walking or standing plan. g: Gains. memory: (MEMORY,), changed. a: Arrays.
-        qref, vref, extra: (nv - 6,) reference angles and rates of the upper body, torques to add; legs' are unused.
+        row: (COLUMNS,) of the walking or standing plan. gains: Gains as an array. memory: (MEMORY,), changed.
+        qref, vref, extra: (n_upper,) reference angles and rates of the upper body, torques to add.
+        arrays: the fields of Arrays.
     """
+    g, a = _named(gains, arrays)
     nv = a.qvel.size
     velocity = com_velocity(a, g.mass_kg)
     left = centre_of_pressure(row, g, memory, a, velocity)
@@ -309,10 +330,17 @@ def tick(row, g, memory, a, qref, vref, extra):
     # so q and qd are those of the middle of the tick. Without this the servos brake every swing: the sole tilts by 14
     # degrees instead of 2, and standing feet slip four times as far.
     half_s = 0.5 * g.tick_s
-    for i in range(6, nv):
+    for i in a.legs.ravel():
         k = i - 6
         q, qd = a.qpos[a.qposadr[i]] + half_s * a.qvel[i], a.qvel[i] + half_s * qdd[i]
         a.control[k] = q + (a.kv[k] * qd + tau[i]) / a.kp[k]
-    for i in a.upper:
+    for n in range(a.upper.size):
+        i = a.upper[n]
         k = i - 6
-        a.control[k] = qref[k] + (a.kv[k] * vref[k] + tau[i] + extra[k]) / a.kp[k]
+        a.control[k] = qref[n] + (a.kv[k] * vref[n] + tau[i] + extra[n]) / a.kp[k]
+
+
+@compiled
+def is_down(qpos, low_m, tilt_cos):
+    """Whether the root is below a height or tilted beyond an angle."""
+    return qpos[2] < low_m or 1.0 - 2.0 * (qpos[4] * qpos[4] + qpos[5] * qpos[5]) < tilt_cos

@@ -103,3 +103,22 @@ def base_rotation(qpos):
     R[2, 1] = 2 * (y * z + w * x)
     R[2, 2] = 1 - 2 * (x * x + y * y)
     return R
+
+
+@compiled
+def dcm_backwards(zmp, decay):
+    """xi (n, 2) with xi[n - 1] = zmp[n - 1] and xi[k] = zmp[k] + (xi[k + 1] - zmp[k]) decay."""
+    xi = zmp.copy()
+    for k in range(len(zmp) - 2, -1, -1):
+        xi[k] = zmp[k] + (xi[k + 1] - zmp[k]) * decay
+    return xi
+
+
+@compiled
+def com_forwards(zmp, xi, start, decay, growth):
+    """Centre of mass (n, 2) under a ZMP and its DCM: c[k + 1] = z + (c - z) decay + (xi - z) growth."""
+    com = np.empty_like(zmp)
+    com[0] = start
+    for k in range(len(zmp) - 1):
+        com[k + 1] = zmp[k] + (com[k] - zmp[k]) * decay + (xi[k] - zmp[k]) * growth
+    return com

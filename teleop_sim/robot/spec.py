@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from teleop_sim.robot.gait import Gait
 from teleop_sim.world.robot_model import RobotModel
@@ -20,9 +20,10 @@ class RobotSpec:
         torso, neck: joint names from the pelvis.
         knee_rad: bend of the knees when standing.
         postures: named upper-body postures; a joint that is not named is at zero or at its nearest limit.
-        head_pitch, head_yaw: joints that move the head.
+        head_pitch, head_yaw: joints that move the head; one or two that pitch it, from below, and one or none that turn.
         camera_frame, lidar_frame: sites of the sensors.
         gait: walking figures.
+        gains: the control law's gains that differ from the usual ones, by their names in ``law.Gains``.
     """
 
     model: RobotModel
@@ -32,11 +33,12 @@ class RobotSpec:
     neck: tuple[str, ...]
     knee_rad: float
     postures: Mapping[str, Mapping[str, float]]
-    head_pitch: tuple[str, str]
-    head_yaw: str
+    head_pitch: tuple[str, ...]
+    head_yaw: str | None
     camera_frame: str
     lidar_frame: str
     gait: Gait
+    gains: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def upper(self) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from teleop_sim.robot.gait import Gait
 from teleop_sim.robot.hand import CAGE, tool_in_palm
 from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.contact import Part
 from teleop_sim.world.description import load_description, without
 from teleop_sim.world.robot_model import HandMount, RobotModel, Servo, Shape
 
@@ -64,11 +65,14 @@ def _shapes() -> tuple[Shape, ...]:
         Shape("upperNeckPitchLink", "sphere", (0.08, 0.0, 0.05), radius_m=0.12),
     ]
     for side, y in (("left", 1.0), ("right", -1.0)):
+        leg: Part = "left_leg" if side == "left" else "right_leg"
+        arm: Part = "left_arm" if side == "left" else "right_arm"
         shapes += [
-            Shape(f"{side}HipPitchLink", "capsule", (0.0, y * 0.05, -0.05), (0.0, y * 0.036, -0.38), 0.08),
-            Shape(f"{side}KneePitchLink", "capsule", (0.0, 0.0, 0.0), (-0.01, 0.0, -0.34), 0.06),
-            Shape(f"{side}ShoulderYawLink", "capsule", (0.0, y * 0.05, 0.0), (0.0, y * 0.3, 0.0), 0.06),
-            Shape(f"{side}ForearmLink", "capsule", (0.0, y * 0.05, 0.0), (0.0, y * 0.22, 0.0), 0.05),
+            Shape(f"{side}HipPitchLink", "capsule", (0.0, y * 0.05, -0.05), (0.0, y * 0.036, -0.38), 0.08, leg),
+            Shape(f"{side}KneePitchLink", "capsule", (0.0, 0.0, 0.0), (-0.01, 0.0, -0.34), 0.06, leg),
+            # The shoulder's end stays clear of the torso's box, whatever the arm does.
+            Shape(f"{side}ShoulderYawLink", "capsule", (0.0, y * 0.09, 0.0), (0.0, y * 0.3, 0.0), 0.06, arm),
+            Shape(f"{side}ForearmLink", "capsule", (0.0, y * 0.05, 0.0), (0.0, y * 0.22, 0.0), 0.05, arm),
         ]
     return tuple(shapes)
 
@@ -83,6 +87,7 @@ def valkyrie() -> RobotSpec:
             servos={joint.name: _servo(joint.name) for joint in description.joints},
             shapes=_shapes(),
             hands=hands,
+            trunk="torso",
         ),
         legs=(tuple(f"left{n}" for n in LEG), tuple(f"right{n}" for n in LEG)),
         arms={"left": tuple(f"left{n}" for n in ARM), "right": tuple(f"right{n}" for n in ARM)},

@@ -18,7 +18,8 @@ import numpy as np
 Vector = tuple[float, float, float]
 
 MISSING_EFFORT_NM = 10.0
-"""Effort limit of a joint whose source leaves it out (assumed)."""
+MISSING_VELOCITY_RAD_S = 1.0
+"""Effort and speed limit of a joint whose source leaves them out, such as a finger's (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +60,17 @@ class Frame:
 
 @dataclass(frozen=True)
 class Sole:
-    """The box under each foot: size and centre in the foot's frame [m]."""
+    """The box under each foot: size and centre in the left foot's frame [m]; the right one's mirrors y."""
 
     left: str
     right: str
     size_m: Vector
     centre_m: Vector
+
+    def centre_of(self, foot: str) -> Vector:
+        """Centre of a foot's box in its own frame [m]."""
+        x, y, z = self.centre_m
+        return (x, y if foot == self.left else -y, z)
 
 
 @dataclass(frozen=True)
@@ -89,6 +95,15 @@ class Description:
     def children(self, link: str) -> tuple[Joint, ...]:
         """Joints that hang from a link, in file order."""
         return tuple(joint for joint in self.joints if joint.parent == link)
+
+    def beyond(self, link: str) -> frozenset[str]:
+        """The link and all that it carries."""
+        found, waiting = {link}, [link]
+        while waiting:
+            hung = [joint.child for joint in self.children(waiting.pop())]
+            found.update(hung)
+            waiting.extend(hung)
+        return frozenset(found)
 
     def depth_first(self) -> Iterator[Joint]:
         """Joints in the order in which MuJoCo numbers them."""
@@ -126,7 +141,7 @@ def _joint(raw: dict[str, Any]) -> Joint:
         lower_rad=float(raw["lower"]),
         upper_rad=float(raw["upper"]),
         effort_nm=float(raw["effort"] or MISSING_EFFORT_NM),
-        velocity_rad_s=float(raw["velocity"]),
+        velocity_rad_s=float(raw["velocity"] or MISSING_VELOCITY_RAD_S),
     )
 
 

@@ -7,6 +7,7 @@ not be lowered: walks fail.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,6 +16,7 @@ import mujoco
 import numpy as np
 
 from teleop_sim.world.contact import ROBOT_GROUP
+from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import RobotModel, add_robot
 
@@ -43,10 +45,14 @@ class Scenery(Protocol):
 
 @dataclass(frozen=True)
 class PlantState:
-    """All of MuJoCo's state but the time, and the scenery's memory. A value: equal states give equal futures."""
+    """All of MuJoCo's state but the time, and the scenery's memory. A value: equal states give equal futures.
+
+    ``ticks``: how long the robot has been moving, up to the end of the last push.
+    """
 
     physics: bytes
     memory: tuple[float, ...] = ()
+    ticks: int = 0
 
 
 @dataclass(frozen=True)
@@ -64,19 +70,34 @@ class Plant:
         robot: the body to build.
         scenery: what stands round it.
         stopwatch: reads a clock [s] for profiling only; the simulation never sees it.
+        disturbances: what is otherwise than believed.
+        timestep_s: of MuJoCo; a control tick is always ``TICK_S``.
     """
 
-    def __init__(self, robot: RobotModel, scenery: Scenery, stopwatch: Callable[[], float] | None = None) -> None:
-        spec = _options()
-        add_robot(spec, robot)
+    def __init__(
+        self,
+        robot: RobotModel,
+        scenery: Scenery,
+        stopwatch: Callable[[], float] | None = None,
+        disturbances: Disturbances = CALM,
+        timestep_s: float = TIMESTEP_S,
+    ) -> None:
+        spec = _options(timestep_s)
+        add_robot(spec, burdened(robot, disturbances))
         scenery.add_to(spec)
+        change_ground(spec, disturbances)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self.scenery = scenery
         self.memory: tuple[float, ...] = ()
         self.stopwatch = stopwatch
         self.stepping_s = 0.0
-        self.steps_per_tick = round(TICK_S / TIMESTEP_S)
+        self.disturbances = disturbances
+        self.steps_per_tick = round(TICK_S / timestep_s)
+        self._ticks = 0
+        ends_s = max((push.start_s + push.duration_s for push in disturbances.pushes), default=0.0)
+        self._last_tick = math.ceil(ends_s / TICK_S)
+        self._push = self.data.xfrc_applied[self.model.body(robot.trunk).id, :3]
         names = [joint.name for joint in robot.description.depth_first()]
         self.robot_joints: tuple[str, ...] = tuple(names)
         self.nv_robot = 6 + len(names) + 2 * len(robot.hands)
@@ -94,7 +115,7 @@ class Plant:
         state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
         mujoco.mj_getState(self.model, self.data, state, _STATE)
         state[0] = 0.0
-        return PlantState(state.tobytes(), self.memory)
+        return PlantState(state.tobytes(), self.memory, self._ticks)
 
     def load(self, state: PlantState, time_s: float = 0.0) -> None:
         """Go to a state at a time of the one clock."""
@@ -104,7 +125,7 @@ class Plant:
         mujoco.mj_forward(self.model, self.data)
         # forward() may refresh the solver's warm start; only the saved one repeats bit for bit.
         mujoco.mj_setState(self.model, self.data, values, _STATE)
-        self.memory = state.memory
+        self.memory, self._ticks = state.memory, state.ticks
 
     @property
     def time_s(self) -> float:
@@ -118,6 +139,9 @@ class Plant:
         start_s = self.stopwatch() if self.stopwatch else 0.0
         mujoco.mj_step1(self.model, self.data)
         self.memory = self.scenery.tick(self, self.memory)
+        if self._ticks < self._last_tick:
+            self._ticks += 1
+            self._push[:] = push_now(self.disturbances.pushes, self._ticks * TICK_S)
         self._count(start_s)
 
     def end_tick(self) -> None:
@@ -208,12 +232,12 @@ class Plant:
         return has
 
 
-def _options() -> mujoco.MjSpec:
+def _options(timestep_s: float) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = False
     option = spec.option
-    option.timestep = TIMESTEP_S
+    option.timestep = timestep_s
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC

@@ -17,23 +17,31 @@ from teleop_sim.world.description import Description, Link, Vector, rotation_rpy
 
 @dataclass(frozen=True)
 class Shape:
-    """A collision shape on a link: a ``capsule`` (from, to, radius), ``box`` (centre, half sizes) or ``sphere``."""
+    """A collision shape on a link: a ``capsule`` (from, to, radius), ``box`` (centre, half sizes) or ``sphere``.
+
+    ``part``: what else of the robot it can touch, see ``teleop_sim.world.contact``.
+    """
 
     link: str
     kind: str
     a_m: Vector
     b_m: Vector = (0.0, 0.0, 0.0)
     radius_m: float = 0.0
+    part: contact.Part = "trunk"
 
 
 @dataclass(frozen=True)
 class Servo:
-    """A joint's position actuator: force = kp (ctrl - q) - kv qd, within the joint's effort."""
+    """A joint's position actuator: force = kp (ctrl - q) - kv qd, within the joint's effort.
+
+    ``friction_nm``: Coulomb friction of the joint; what little there is in it by default is in ``damping``.
+    """
 
     kp: float
     kv: float
     armature: float
     damping: float = 0.5
+    friction_nm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -49,12 +57,13 @@ class HandMount:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """All that the world needs to build a robot."""
+    """All that the world needs to build a robot. ``trunk``: the link that pushes hit."""
 
     description: Description
     servos: dict[str, Servo]
     shapes: tuple[Shape, ...]
     hands: tuple[HandMount, ...]
+    trunk: str
 
 
 def add_robot(spec: mujoco.MjSpec, robot: RobotModel) -> None:
@@ -76,6 +85,7 @@ def add_robot(spec: mujoco.MjSpec, robot: RobotModel) -> None:
         made.limited = True
         made.armature = servo.armature
         made.damping = np.array([servo.damping, 0.0, 0.0])
+        made.frictionloss = servo.friction_nm
         _position_actuator(spec, joint.name, servo.kp, servo.kv, joint.effort_nm)
         if joint.child in mounts:
             _add_hand(spec, link, mounts[joint.child])
@@ -108,13 +118,14 @@ def _position_actuator(spec: mujoco.MjSpec, joint: str, kp: float, kv: float, li
     actuator.forcerange = [-limit, limit]
 
 
-_SOLID = {"condim": 3, "friction": contact.rough(contact.OWN_FRICTION), "mass": 0.0, **contact.ROBOT}
+_SOLID = {"condim": 3, "friction": contact.rough(contact.OWN_FRICTION), "mass": 0.0}
 _GREY = [0.72, 0.76, 0.8, 1.0]
 _DARK = [0.2, 0.2, 0.22, 1.0]
 
 
 def _add_shape(body: mujoco.MjsBody, shape: Shape) -> None:
     name = f"{shape.link}_{shape.kind}"
+    solid = {**_SOLID, **contact.robot_part(shape.part)}
     if shape.kind == "capsule":
         body.add_geom(
             name=name,
@@ -122,18 +133,19 @@ def _add_shape(body: mujoco.MjsBody, shape: Shape) -> None:
             fromto=[*shape.a_m, *shape.b_m],
             size=[shape.radius_m, 0.0, 0.0],
             rgba=_GREY,
-            **_SOLID,
+            **solid,
         )
     elif shape.kind == "box":
-        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=shape.a_m, size=shape.b_m, rgba=_GREY, **_SOLID)
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=shape.a_m, size=shape.b_m, rgba=_GREY, **solid)
     else:
         size = [shape.radius_m, 0.0, 0.0]
-        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=shape.a_m, size=size, rgba=_GREY, **_SOLID)
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=shape.a_m, size=size, rgba=_GREY, **solid)
 
 
 def _add_sole(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: str, description: Description) -> None:
     half = np.array(description.sole.size_m) / 2
-    centre = np.array(description.sole.centre_m)
+    centre = np.array(description.sole.centre_of(foot))
+    leg: contact.Part = "left_leg" if foot == description.sole.left else "right_leg"
     body.add_geom(
         name=f"{foot}_sole",
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -142,6 +154,7 @@ def _add_sole(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: str, description:
         solref=contact.SOLE_SOLREF,
         rgba=_DARK,
         **_SOLID,
+        **contact.robot_part(leg),
     )
     body.add_site(name=f"{foot}_sole", pos=centre - [0.0, 0.0, half[2]])
     body.add_site(name=f"{foot}_touch", type=mujoco.mjtGeom.mjGEOM_BOX, pos=centre, size=half + 0.004)
@@ -154,7 +167,7 @@ def _touch_sensor(spec: mujoco.MjSpec, site: str) -> None:
 
 def _add_hand(spec: mujoco.MjSpec, palm: mujoco.MjsBody, mount: HandMount) -> None:
     cage, side = mount.cage, mount.side
-    solid = {**_SOLID, **contact.HAND, "condim": 4, "solref": contact.GRIP_SOLREF, "rgba": _DARK}
+    solid = {**_SOLID, **contact.hand_of(side), "condim": 4, "solref": contact.GRIP_SOLREF, "rgba": _DARK}
     hand = palm.add_body(name=f"{side}Hand", pos=mount.position_m, quat=_quat(mount.rotation))
     hand.add_site(name=f"{side}Tcp")
     hand.add_geom(

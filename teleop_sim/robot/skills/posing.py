@@ -24,21 +24,25 @@ def blend(body: Body, goal: np.ndarray, duration_s: float, jaws: tuple[float, fl
 
 
 def look(body: Body, command: Look, _: np.random.Generator) -> Motion:
-    """Turn the head; each pitch joint takes what the other cannot (both are one-sided)."""
+    """Turn the head; each pitch joint takes what those below it cannot (Valkyrie's two are one-sided)."""
     goal = body.posture.copy()
-    lower, upper = command_pitch(body, command.pitch_rad)
-    for name, value in zip((*body.spec.head_pitch, body.spec.head_yaw), (lower, upper, command.yaw_rad), strict=True):
-        goal[body.upper_names.index(name)] = _within(body, name, value)
+    for name, value in command_head(body, command.pitch_rad, command.yaw_rad).items():
+        goal[body.upper_names.index(name)] = value
     yield from blend(body, goal, command.duration_s)
     return Done("reached")
 
 
-def command_pitch(body: Body, pitch_rad: float) -> tuple[float, float]:
-    """Lower and upper neck pitch for a camera pitch (down positive) relative to the torso."""
-    frame = next(f for f in body.spec.model.description.frames if f.name == body.spec.camera_frame)
-    wanted = pitch_rad - frame.rpy_rad[1]
-    lower = _within(body, body.spec.head_pitch[0], wanted)
-    return lower, _within(body, body.spec.head_pitch[1], wanted - lower)
+def command_head(body: Body, pitch_rad: float, yaw_rad: float) -> dict[str, float]:
+    """Neck angles for a camera pitch (down positive) and yaw relative to the torso, as far as the neck goes."""
+    spec = body.spec
+    frame = next(f for f in spec.model.description.frames if f.name == spec.camera_frame)
+    angles, rest = {}, pitch_rad - frame.rpy_rad[1]
+    for name in spec.head_pitch:
+        angles[name] = _within(body, name, rest)
+        rest -= angles[name]
+    if spec.head_yaw is not None:
+        angles[spec.head_yaw] = _within(body, spec.head_yaw, yaw_rad)
+    return angles
 
 
 def _within(body: Body, name: str, value: float) -> float:

@@ -7,9 +7,16 @@ import numpy as np
 from teleop_sim.robot import gait as g
 from teleop_sim.robot import law
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Step, Stop, Walk
+from teleop_sim.robot.commands import PlanarPose, Step, Stop, Walk
 from teleop_sim.robot.gait import Footstep, Plan
 from teleop_sim.robot.skill import Done, Motion, Tick
+
+ARRIVED_M = 0.02
+ARRIVED_RAD = 0.02
+"""A walk that ends further off takes a step with each foot to put it right: feet slip, above all in turns (assumed)."""
+
+CORRECTIONS = 2
+"""How often at most (assumed)."""
 
 LEFTOVER_S = 3.0
 """Time given to a body stopped in mid-step to come to rest."""
@@ -26,8 +33,26 @@ def walk(body: Body, command: Walk, _: np.random.Generator) -> Motion:
     bodies = g.walk_bodies(here, command.path, body.spec.gait)
     turn = g.wrap(bodies[0][2] - here[2]) if bodies else 0.0
     yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(turn), body.spec.gait))
+    yield from _put_right(body, command.path[-1])
     x, y, _yaw = g.body_between(body.feet())
     return Done("reached", data=float(np.hypot(x - command.path[-1][0], y - command.path[-1][1])))
+
+
+def _put_right(body: Body, goal: PlanarPose) -> Motion:
+    """Step onto the goal from where the feet have really come to stand."""
+    gait = body.spec.gait
+    for _ in range(CORRECTIONS):
+        x, y, yaw = g.body_between(body.feet())
+        ahead, left, turn = goal[0] - x, goal[1] - y, g.wrap(goal[2] - yaw)
+        if np.hypot(ahead, left) < ARRIVED_M and abs(turn) < ARRIVED_RAD:
+            break
+        aside = -np.sin(yaw) * ahead + np.cos(yaw) * left
+        n = int(np.ceil(max(np.hypot(ahead, left) / gait.side_m, abs(turn) / gait.turn_rad)))
+        bodies = [(x + ahead * k / n, y + left * k / n, yaw + turn * k / n) for k in range(1, n + 1) for _ in (0, 1)]
+        # Led by the foot on the side of the larger of both moves, a step being as long as the robot is wide.
+        first = g.first_foot(turn, float(aside) / gait.width_m)
+        yield from _follow_plan(body, g.steps_along(bodies, first, gait))
+    return Done("reached")
 
 
 def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
