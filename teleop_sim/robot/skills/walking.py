@@ -12,7 +12,7 @@ from teleop_sim.robot.gait import Footstep, Plan
 from teleop_sim.robot.skill import Done, Motion, Tick
 
 ARRIVED_M = 0.02
-ARRIVED_RAD = 0.02
+ARRIVED_RAD = 0.035
 """A walk that ends further off takes a step with each foot to put it right: feet slip, above all in turns (assumed)."""
 
 CORRECTIONS = 2
