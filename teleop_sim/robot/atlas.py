@@ -104,5 +104,5 @@ def atlas() -> RobotSpec:
         camera_frame="left_camera_frame",
         lidar_frame="head_hokuyo_frame",
         # With 0.7 s between two steps the leg behind is straight before it is lifted: 5 of 8 walks fell (measured).
-        gait=Gait(transfer_s=0.3, width_m=0.23, turn_rad=0.5),
+        gait=Gait(transfer_s=0.3, stride_m=0.25, width_m=0.23, turn_rad=0.5),
     )

@@ -69,10 +69,11 @@ class Body:
         dof = dofs(plant)
         self.hands = tuple(side for side in SIDES if any(mount.side == side for mount in spec.model.hands))
         self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in self.hands}
-        self._jaw_controls = np.array([dof[n] - 6 for side in self.hands for n in self._jaws[side]], np.int64)
         strokes = {mount.side: mount.cage.stroke_m for mount in spec.model.hands}
-        self._strokes = np.array([[strokes.get(side, 0.0) for _ in (0, 1)] for side in SIDES])
-        self._has_jaws = np.array([side in self.hands for side in SIDES])
+        self._jaw_controls = tuple(
+            (dof[name] - 6, strokes[side], SIDES.index(side)) for side in self.hands for name in self._jaws[side]
+        )
+        self._jaw_touch = {side: [plant.sensor(f"{name}_touch") for name in self._jaws[side]] for side in self.hands}
         self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
         foot = spec.model.description.sole
         self._feet = (foot.left, foot.right)
@@ -239,7 +240,7 @@ class Body:
 
     def hand_force(self, side: Side) -> float:
         """Sum of the touch sensors on the hand's bars [N]."""
-        return sum(self.plant.touch_n(f"{name}_touch") for name in self._jaws[side])
+        return float(sum(reading[0] for reading in self._jaw_touch[side]))
 
     def jaw_gap(self, side: Side) -> tuple[float, float]:
         """Measured positions of the hand's jaws [m], 0 open."""
@@ -274,16 +275,12 @@ class Body:
         rate = self._still if reference.rate is None else reference.rate
         torque = self._still if reference.torque is None else reference.torque
         law.tick(row, self._figures, self._memory, reference.posture, rate, torque, *self._arrays)
-        if self.hands:
-            self._set_jaws(reference.jaws)
+        for place, stroke, side in self._jaw_controls:
+            self._controls[place] = stroke * reference.jaws[side]
         plant.end_tick()
         self.posture, self.jaws = reference.posture, reference.jaws
         self.fallen = self.has_fallen()
         return not self.fallen
-
-    def _set_jaws(self, jaws: tuple[float, float]) -> None:
-        strokes = self._strokes * np.array(jaws)[:, None]
-        self._controls[self._jaw_controls] = strokes[self._has_jaws].ravel()
 
     def _feel(self) -> None:
         """Let the belief take in the plant's state."""

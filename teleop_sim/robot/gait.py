@@ -28,6 +28,7 @@ class Gait:
     with it, 0.6 rad on the spot: WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a
     2 cm bump (measured). ``width_m``: between sole centres. ``first_s``, ``last_s``: first load shift, rest (assumed).
     ``lean_rad``: how far the pelvis leans over a foot that bears all the weight; it takes load off the hip's roll.
+    ``zmp_ahead_m``: how far ahead of the middle of a sole that bears all the ZMP is planned; it takes load off the knee.
     """
 
     swing_s: float = 0.7
@@ -42,6 +43,7 @@ class Gait:
     first_s: float = 1.0
     last_s: float = 1.0
     lean_rad: float = 0.0
+    zmp_ahead_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ def _phases(feet: Sequence[PlanarPose], zmp: np.ndarray, steps: Sequence[Footste
     now = [np.array(f, float) for f in feet]
     phases = []
     for k, step in enumerate(steps):
-        onto = now[1 - step.foot][:2].copy()
+        onto = _pressed(now[1 - step.foot], gait.zmp_ahead_m)
         both = (now[0].copy(), now[1].copy())
         phases.append(_Phase(gait.first_s if k == 0 else gait.transfer_s, zmp, onto, law.BOTH, None, both))
         yaw = now[step.foot][2] + wrap(step.yaw - now[step.foot][2])
@@ -176,6 +178,12 @@ def _phases(feet: Sequence[PlanarPose], zmp: np.ndarray, steps: Sequence[Footste
     phases.append(_Phase(gait.transfer_s * 1.5 if steps else 0.2, zmp, middle, law.BOTH, None, both))
     phases.append(_Phase(gait.last_s, middle, middle, law.BOTH, None, both))
     return phases
+
+
+def _pressed(sole: np.ndarray, ahead_m: float) -> np.ndarray:
+    """Where on a sole (x, y, yaw) the planned ZMP (2,) is."""
+    x, y, yaw = sole
+    return np.array([x + np.cos(yaw) * ahead_m, y + np.sin(yaw) * ahead_m])
 
 
 def make_plan(

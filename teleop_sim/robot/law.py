@@ -12,72 +12,56 @@ Not modelled: friction limits in the law (physics has them), torque limits (the 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba.extending import register_jitable
 
-from teleop_sim.robot.law_math import base_rotation, clip, compiled, cross, dot, into, out_of, solve, tilt_error
+from teleop_sim.robot.law_feet import carry, foot_wrenches, sole_task
+from teleop_sim.robot.law_layout import (
+    BOTH,
+    COLUMNS,
+    COP,
+    ERROR,
+    FOOT,
+    GROUND,
+    HEIGHT,
+    LANDED,
+    LEAN,
+    LIFT,
+    MEMORY,
+    SOLE_Z,
+    STANCE,
+    XI,
+    YAW,
+    YAW_RATE,
+    ZMP,
+    Arrays,
+    Gains,
+)
+from teleop_sim.robot.law_math import base_rotation, clip, compiled, solve, tilt_error
 
-# Columns of a plan's row. FOOT + 12 i: sole position 3, velocity 3, acceleration 3, yaw, yaw rate, descending.
-# LEAN: rotation of the pelvis about its own forward axis, over the standing foot.
-XI, ZMP, STANCE, YAW, YAW_RATE, HEIGHT, LIFT, LEAN, FOOT = 0, 2, 4, 5, 6, 7, 8, 9, 10
-COLUMNS = FOOT + 24
-BOTH = 2.0
-"""Value of STANCE with both feet on the ground; else the index of the standing foot."""
-
-# Columns of the law's memory: ground's height; landed flags; sole heights; last centre of pressure; DCM error.
-GROUND, LANDED, SOLE_Z, COP, ERROR = 0, 1, 3, 5, 7
-MEMORY = 9
-
-
-class Gains(NamedTuple):
-    """Parameters of the law, measured in trials (docs/physics.md). The defaults are those of every robot whose data do
-    not say otherwise.
-    """
-
-    omega: float
-    mass_kg: float
-    half_length_m: float
-    half_width_m: float
-    touchdown_n: float
-    tick_s: float
-    gravity: float
-    dcm: float = 4.0
-    sole_margin_m: float = 0.012
-    swing: float = 12.0
-    stance_damping: float = 20.0
-    rotation: float = 128.0
-    rotation_damping: float = 22.0
-    height: float = 64.0
-    height_damping: float = 16.0
-    upper: float = 90.0
-    upper_damping: float = 18.0
-
-
-class Arrays(NamedTuple):
-    """Views of MuJoCo's arrays, cut to the robot's degrees of freedom, which come first."""
-
-    legs: np.ndarray
-    upper: np.ndarray
-    m_rownnz: np.ndarray
-    m_rowadr: np.ndarray
-    m_colind: np.ndarray
-    inertia: np.ndarray
-    bias: np.ndarray
-    passive: np.ndarray
-    qpos: np.ndarray
-    qvel: np.ndarray
-    qposadr: np.ndarray
-    com: np.ndarray
-    cdof: np.ndarray
-    cdof_dot: np.ndarray
-    sole: np.ndarray
-    sole_rotation: np.ndarray
-    touch: np.ndarray
-    kp: np.ndarray
-    kv: np.ndarray
-    control: np.ndarray
+__all__ = [
+    "BOTH",
+    "COLUMNS",
+    "COP",
+    "ERROR",
+    "FOOT",
+    "GROUND",
+    "HEIGHT",
+    "LANDED",
+    "LEAN",
+    "LIFT",
+    "MEMORY",
+    "SOLE_Z",
+    "STANCE",
+    "XI",
+    "YAW",
+    "YAW_RATE",
+    "ZMP",
+    "Arrays",
+    "Gains",
+    "is_down",
+    "tick",
+]
 
 
 @register_jitable
@@ -140,42 +124,6 @@ def feel_ground(row, g, memory, a):
 
 
 @register_jitable
-def sole_task(i, row, g, memory, a, Jl, Jb):
-    """Fill a sole's Jacobians by leg (6, 6) and base rotation (6, 3); return wanted minus drift acceleration."""
-    r = a.sole[i] - a.com
-    drift, velocity = np.zeros(6), np.zeros(6)
-    for n in range(12):
-        k = n if n < 6 else a.legs[i, n - 6]
-        cr, cq, v = a.cdof[k], a.cdof_dot[k], a.qvel[k]
-        jx = cr[3] + cr[1] * r[2] - cr[2] * r[1]
-        jy = cr[4] + cr[2] * r[0] - cr[0] * r[2]
-        jz = cr[5] + cr[0] * r[1] - cr[1] * r[0]
-        if n >= 3:
-            J, column = (Jl, n - 6) if n >= 6 else (Jb, n - 3)
-            J[0, column], J[1, column], J[2, column] = jx, jy, jz
-            J[3, column], J[4, column], J[5, column] = cr[0], cr[1], cr[2]
-        velocity[0] += jx * v
-        velocity[1] += jy * v
-        velocity[2] += jz * v
-        for b in range(3):
-            velocity[3 + b] += cr[b] * v
-            drift[3 + b] += cq[b] * v
-            drift[b] += cq[3 + b] * v
-    drift[:3] += cross(drift[3:], r) + cross(velocity[3:], velocity[:3])
-    wanted = np.empty(6)
-    if memory[LANDED + i] > 0:
-        wanted[:] = -g.stance_damping * velocity
-    else:
-        f, k = FOOT + 12 * i, g.swing
-        e = tilt_error(a.sole_rotation[i].copy().reshape(3, 3), np.cos(row[f + 9]), np.sin(row[f + 9]))
-        for n in range(3):
-            wanted[n] = row[f + 6 + n] + 2 * k * (row[f + 3 + n] - velocity[n]) + k * k * (row[f + n] - a.sole[i, n])
-            spin = row[f + 10] if n == 2 else 0.0
-            wanted[3 + n] = 2 * k * (spin - velocity[3 + n]) + k * k * e[n]
-    return wanted - drift
-
-
-@register_jitable
 def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     """Accelerations of all degrees of freedom (nv,) that fulfil the tasks."""
     nv = a.qvel.size
@@ -230,61 +178,6 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
             drop = u[i, k, 1] * b3[0, 0] + u[i, k, 2] * b3[1, 0] + u[i, k, 3] * b3[2, 0]
             qdd[a.legs[i, k]] = u[i, k, 0] + drop
     return qdd
-
-
-@register_jitable
-def foot_wrenches(row, a, tau, Rb, left):
-    """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
-    F, W = np.zeros((2, 6)), np.empty(6)
-    for n in range(3):
-        W[n] = tau[n]
-        W[3 + n] = Rb[n, 0] * tau[3] + Rb[n, 1] * tau[4] + Rb[n, 2] * tau[5]
-    origin = a.qpos[:3]
-    stance = int(row[STANCE])
-    if stance != 2:
-        t = cross(a.sole[stance] - origin, W[:3])
-        for n in range(3):
-            F[stance, n], F[stance, 3 + n] = W[n], W[3 + n] - t[n]
-        return F
-    # A newton metre costs as much as a newton at 0.06 m, about the sole's half width.
-    cost = 0.0036
-    G, S = np.zeros((6, 6)), np.zeros((2, 3, 3))
-    for i in range(2):
-        share = max(left if i == 0 else 1 - left, 1e-4)
-        r = a.sole[i] - origin
-        # S is r as a cross product; S S' = (r.r) 1 - r r'.
-        S[i] = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-        G[:3, :3] += share * np.eye(3)
-        G[3:, 3:] += share * (cost + dot(r, r)) * np.eye(3) - share * np.outer(r, r)
-        G[3:, :3] += share * S[i]
-        G[:3, 3:] += share * S[i].T
-    lam = W.copy().reshape(6, 1)
-    solve(G, lam)
-    for i in range(2):
-        share = max(left if i == 0 else 1 - left, 1e-4)
-        for n in range(3):
-            v = lam[n, 0]
-            for c in range(3):
-                v += S[i, c, n] * lam[3 + c, 0]
-            F[i, n], F[i, 3 + n] = share * v, share * cost * lam[3 + n, 0]
-    return F
-
-
-@register_jitable
-def carry(F, g, a, Jl, tau):
-    """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
-    hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
-    for i in range(2):
-        R = a.sole_rotation[i].copy().reshape(3, 3)
-        force, moment = into(R, F[i, :3]), into(R, F[i, 3:])
-        if force[2] < 1.0:
-            continue
-        moment[1] = -clip(-moment[1] / force[2], -hx, hx) * force[2]
-        moment[0] = clip(moment[0] / force[2], -hy, hy) * force[2]
-        turned = out_of(R, moment)
-        for k in range(6):
-            for n in range(3):
-                tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]
 
 
 @register_jitable

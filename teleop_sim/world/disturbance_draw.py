@@ -34,7 +34,7 @@ class DisturbanceRanges:
     com_error_m: float = 0.002
     push_n: float = 0.0
     push_every_s: tuple[float, float] = (2.5, 4.0)
-    push_s: float = 0.5
+    push_s: float = 0.2
     bump_m: float = 0.0
     joint_friction: float = 0.0
     delay_s: float = 0.0
@@ -73,9 +73,7 @@ def draw_disturbances(
     )
 
 
-def _bump(
-    rng: np.random.Generator, height_m: float, friction: float, way: tuple[Vector, Vector]
-) -> tuple[Plate, ...]:
+def _bump(rng: np.random.Generator, height_m: float, friction: float, way: tuple[Vector, Vector]) -> tuple[Plate, ...]:
     (x0, y0, _), (x1, y1, _) = way
     u, askew = rng.uniform(0.15, 0.85), rng.uniform(-0.3, 0.3)
     yaw = float(np.arctan2(y1 - y0, x1 - x0)) + askew

@@ -88,6 +88,8 @@ class Plant:
         change_ground(spec, disturbances)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
+        # Asking MuJoCo's structures for an array makes a new view each time: microseconds of every tick.
+        self._qpos: np.ndarray = self.data.qpos
         self.scenery = scenery
         self.memory: tuple[float, ...] = ()
         self.stopwatch = stopwatch
@@ -163,8 +165,7 @@ class Plant:
 
     def angles(self) -> np.ndarray:
         """Positions of all joints but the root, in the order of ``joint_names``."""
-        joints: np.ndarray = self.data.qpos[7:].copy()
-        return joints
+        return self._qpos[7:].copy()
 
     def set_angle(self, joint: str, value: float) -> None:
         """Place one joint; for setting up, not for moving."""
@@ -176,8 +177,7 @@ class Plant:
 
     def pelvis(self) -> np.ndarray:
         """Root position and quaternion w, x, y, z, (7,)."""
-        pose: np.ndarray = self.data.qpos[:7].copy()
-        return pose
+        return self._qpos[:7].copy()
 
     def site(self, name: str) -> Pose:
         """Pose of a named site."""
@@ -187,6 +187,12 @@ class Plant:
     def touch_n(self, name: str) -> float:
         """Reading of a touch sensor [N]."""
         return float(self.data.sensor(name).data[0])
+
+    def sensor(self, name: str) -> np.ndarray:
+        """View of a sensor's reading, which follows it from then on."""
+        first, size = int(self.model.sensor(name).adr[0]), int(self.model.sensor(name).dim[0])
+        reading: np.ndarray = self.data.sensordata[first : first + size]
+        return reading
 
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Names of the geoms now touching, each pair (robot's, world's) once."""

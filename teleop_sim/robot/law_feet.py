@@ -1,0 +1,100 @@
+"""The feet's part of the control law: what a sole shall do, and which wrenches carry the robot."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba.extending import register_jitable
+
+from teleop_sim.robot.law_layout import FOOT, LANDED, STANCE
+from teleop_sim.robot.law_math import clip, cross, dot, into, out_of, solve, tilt_error
+
+
+@register_jitable
+def sole_task(i, row, g, memory, a, Jl, Jb):
+    """Fill a sole's Jacobians by leg (6, 6) and base rotation (6, 3); return wanted minus drift acceleration."""
+    r = a.sole[i] - a.com
+    drift, velocity = np.zeros(6), np.zeros(6)
+    for n in range(12):
+        k = n if n < 6 else a.legs[i, n - 6]
+        cr, cq, v = a.cdof[k], a.cdof_dot[k], a.qvel[k]
+        jx = cr[3] + cr[1] * r[2] - cr[2] * r[1]
+        jy = cr[4] + cr[2] * r[0] - cr[0] * r[2]
+        jz = cr[5] + cr[0] * r[1] - cr[1] * r[0]
+        if n >= 3:
+            J, column = (Jl, n - 6) if n >= 6 else (Jb, n - 3)
+            J[0, column], J[1, column], J[2, column] = jx, jy, jz
+            J[3, column], J[4, column], J[5, column] = cr[0], cr[1], cr[2]
+        velocity[0] += jx * v
+        velocity[1] += jy * v
+        velocity[2] += jz * v
+        for b in range(3):
+            velocity[3 + b] += cr[b] * v
+            drift[3 + b] += cq[b] * v
+            drift[b] += cq[3 + b] * v
+    drift[:3] += cross(drift[3:], r) + cross(velocity[3:], velocity[:3])
+    wanted = np.empty(6)
+    if memory[LANDED + i] > 0:
+        wanted[:] = -g.stance_damping * velocity
+    else:
+        f, k = FOOT + 12 * i, g.swing
+        e = tilt_error(a.sole_rotation[i].copy().reshape(3, 3), np.cos(row[f + 9]), np.sin(row[f + 9]))
+        for n in range(3):
+            wanted[n] = row[f + 6 + n] + 2 * k * (row[f + 3 + n] - velocity[n]) + k * k * (row[f + n] - a.sole[i, n])
+            spin = row[f + 10] if n == 2 else 0.0
+            wanted[3 + n] = 2 * k * (spin - velocity[3 + n]) + k * k * e[n]
+    return wanted - drift
+
+
+@register_jitable
+def foot_wrenches(row, a, tau, Rb, left):
+    """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
+    F, W = np.zeros((2, 6)), np.empty(6)
+    for n in range(3):
+        W[n] = tau[n]
+        W[3 + n] = Rb[n, 0] * tau[3] + Rb[n, 1] * tau[4] + Rb[n, 2] * tau[5]
+    origin = a.qpos[:3]
+    stance = int(row[STANCE])
+    if stance != 2:
+        t = cross(a.sole[stance] - origin, W[:3])
+        for n in range(3):
+            F[stance, n], F[stance, 3 + n] = W[n], W[3 + n] - t[n]
+        return F
+    # A newton metre costs as much as a newton at 0.06 m, about the sole's half width.
+    cost = 0.0036
+    G, S = np.zeros((6, 6)), np.zeros((2, 3, 3))
+    for i in range(2):
+        share = max(left if i == 0 else 1 - left, 1e-4)
+        r = a.sole[i] - origin
+        # S is r as a cross product; S S' = (r.r) 1 - r r'.
+        S[i] = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+        G[:3, :3] += share * np.eye(3)
+        G[3:, 3:] += share * (cost + dot(r, r)) * np.eye(3) - share * np.outer(r, r)
+        G[3:, :3] += share * S[i]
+        G[:3, 3:] += share * S[i].T
+    lam = W.copy().reshape(6, 1)
+    solve(G, lam)
+    for i in range(2):
+        share = max(left if i == 0 else 1 - left, 1e-4)
+        for n in range(3):
+            v = lam[n, 0]
+            for c in range(3):
+                v += S[i, c, n] * lam[3 + c, 0]
+            F[i, n], F[i, 3 + n] = share * v, share * cost * lam[3 + n, 0]
+    return F
+
+
+@register_jitable
+def carry(F, g, a, Jl, tau):
+    """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
+    hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
+    for i in range(2):
+        R = a.sole_rotation[i].copy().reshape(3, 3)
+        force, moment = into(R, F[i, :3]), into(R, F[i, 3:])
+        if force[2] < 1.0:
+            continue
+        moment[1] = -clip(-moment[1] / force[2], -hx, hx) * force[2]
+        moment[0] = clip(moment[0] / force[2], -hy, hy) * force[2]
+        turned = out_of(R, moment)
+        for k in range(6):
+            for n in range(3):
+                tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]
