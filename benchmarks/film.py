@@ -24,7 +24,7 @@ from PIL import Image, ImageDraw
 
 from teleop_sim.core.streams import stream
 from teleop_sim.log.load import Log, load
-from teleop_sim.robot.valkyrie import valkyrie
+from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.objects import dish_settings
 from teleop_sim.world.dish_draw import draw_dish_world
@@ -41,7 +41,7 @@ def rebuild(log: Log) -> Plant:
     started = log.runs.iloc[0]
     streams = partial(stream, int(started["seed"]), int(started["replicate"]))
     world = draw_dish_world(streams, dish_settings(scenario.world))
-    return Plant(valkyrie().model, DishScenery(world))
+    return Plant(ROBOTS[scenario.robot]().model, DishScenery(world))
 
 
 def soften(plant: Plant) -> None:

@@ -1,8 +1,8 @@
 """Boston Dynamics Atlas v5 as data: body, servos, shapes, gait, postures.
 
-Links, joints, limits and inertias: ``atlas.json``, which names its sources and licences. Masses agree with Table I of the
-WPI paper but for the head, which the public model makes lighter. The left arm's frames are turned half round and its
-axes negated: signs of left and right angles follow no rule.
+Links, joints, limits and inertias: ``atlas.json``, which names its sources and licences. Masses agree with Table I of
+the WPI paper but for the head, which the public model makes lighter. The left arm's frames are turned half round and
+its axes negated: signs of left and right angles follow no rule.
 """
 
 from __future__ import annotations

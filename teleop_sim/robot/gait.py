@@ -28,7 +28,7 @@ class Gait:
     with it, 0.6 rad on the spot: WPI's step options (footsteps_valkyrie.yaml, June 2017). ``lift_m``: 8 cm clears a
     2 cm bump (measured). ``width_m``: between sole centres. ``first_s``, ``last_s``: first load shift, rest (assumed).
     ``lean_rad``: how far the pelvis leans over a foot that bears all the weight; it takes load off the hip's roll.
-    ``zmp_ahead_m``: how far ahead of the middle of a sole that bears all the ZMP is planned; it takes load off the knee.
+    ``zmp_ahead_m``: how far ahead of the middle of a sole that bears all the ZMP is planned; that relieves the knee.
     """
 
     swing_s: float = 0.7

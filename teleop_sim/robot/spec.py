@@ -20,7 +20,7 @@ class RobotSpec:
         torso, neck: joint names from the pelvis.
         knee_rad: bend of the knees when standing.
         postures: named upper-body postures; a joint that is not named is at zero or at its nearest limit.
-        head_pitch, head_yaw: joints that move the head; one or two that pitch it, from below, and one or none that turn.
+        head_pitch, head_yaw: joints that move the head; those that pitch it from below, one or none that turns.
         camera_frame, lidar_frame: sites of the sensors.
         gait: walking figures.
         gains: the control law's gains that differ from the usual ones, by their names in ``law.Gains``.

@@ -1,9 +1,10 @@
 """Who touches whom, how hard and how rough: the same for robots and for every scenery.
 
-MuJoCo lets two geoms touch if the ``contype`` of one shares a bit with the ``conaffinity`` of the other. Bits: the world
-1, robot bodies 2, hands 4, the left arm 8, the right arm 16, the left leg 32. So a robot touches the world, an arm with
-its hand touches trunk, legs and the other arm, and one leg the other. The world touches nothing of itself. Links of one
-arm or leg, and legs and trunk, cannot touch: joint limits keep them apart, and their shapes are too rough near the joints.
+MuJoCo lets two geoms touch if the ``contype`` of one shares a bit with the ``conaffinity`` of the other. Bits: the
+world 1, robot bodies 2, hands 4, the left arm 8, the right arm 16, the left leg 32. So a robot touches the world, an
+arm with its hand touches trunk, legs and the other arm, and one leg the other. The world touches nothing of itself.
+Links of one arm or leg, and legs and trunk, cannot touch: joint limits keep them apart, and their shapes are too rough
+near the joints.
 
 Of two geoms that touch, MuJoCo takes the *larger* friction: a robot's own is small, so that the world's decides.
 """

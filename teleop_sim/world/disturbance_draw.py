@@ -22,7 +22,8 @@ class DisturbanceRanges:
         floor_friction: lowest and highest; None leaves the scenery's own.
         mass_error: the masses' factor is within 1 +- this.
         com_error_m: standard deviation of the trunk's centre of mass in each direction.
-        push_n: force of a push from any side; 0 is none. push_every_s: shortest and longest time between two, of motion.
+        push_n: force of a push from any side; 0 is none.
+        push_every_s: shortest and longest time of motion between two.
         push_s: how long one lasts.
         bump_m: height of a bump across the way; 0 is none.
         joint_friction: share of a joint's effort limit.
@@ -83,7 +84,8 @@ def _bump(rng: np.random.Generator, height_m: float, friction: float, way: tuple
 
 
 def _pushes(rng: np.random.Generator, ranges: DisturbanceRanges) -> tuple[Push, ...]:
-    pushes, at_s = [], 0.0
+    pushes: list[Push] = []
+    at_s = 0.0
     while True:
         pause, angle = rng.uniform(*ranges.push_every_s), rng.uniform(-np.pi, np.pi)
         at_s += float(pause)

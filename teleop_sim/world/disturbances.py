@@ -104,7 +104,8 @@ def burdened(robot: RobotModel, what: Disturbances) -> RobotModel:
         com = link.com_m
         if link.name == robot.trunk:
             com = _vector(np.array(com) + what.com_error_m)
-        inertia = tuple(x * what.mass_factor for x in link.inertia)
+        xx, xy, xz, yy, yz, zz = (x * what.mass_factor for x in link.inertia)
+        inertia = (xx, xy, xz, yy, yz, zz)
         links.append(replace(link, mass_kg=link.mass_kg * what.mass_factor, com_m=com, inertia=inertia))
     joints = tuple(replace(j, effort_nm=j.effort_nm * what.strength.get(j.name, 1.0)) for j in description.joints)
     servos = {
@@ -165,7 +166,7 @@ def change_ground(spec: mujoco.MjSpec, what: Disturbances) -> None:
 
 
 def push_now(pushes: tuple[Push, ...], moved_s: float) -> np.ndarray:
-    """Sum of the forces (3,) [N] that act after so much time of motion."""
+    """Sum of the forces (3,) [N] that act after so much time of motion, taken in the middle of a control tick."""
     force = np.zeros(3)
     for push in pushes:
         if push.start_s <= moved_s < push.start_s + push.duration_s:
