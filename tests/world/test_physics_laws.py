@@ -1,0 +1,115 @@
+"""Mechanics that has an answer on paper, in the project's own plant with the project's own options.
+
+Whatever swings here is a robot's ``Description`` built by ``add_robot``, its root bolted to the world by a scenery that
+takes the free joint out of the model.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.bare import BareFloor
+from teleop_sim.world.description import Description, Joint, Link, Sole, without
+from teleop_sim.world.plant import GRAVITY_M_S2, Plant
+from teleop_sim.world.robot_model import RobotModel, Servo
+
+NAMES = sorted(ROBOTS)
+LIMP = Servo(kp=0.0, kv=0.0, armature=0.0, damping=0.0)
+FREE = 1e3
+"""Joint limit [rad] that nothing reaches."""
+
+
+@dataclass(frozen=True)
+class Bolted(BareFloor):
+    """Nothing but a bolt: the root stays where it was put."""
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        spec.delete(spec.joint("root"))
+
+
+def limp(description: Description, armature: float = 0.0) -> RobotModel:
+    """The description as a mechanism: no motors, no damping, no friction, no limits, nothing that touches."""
+    joints = tuple(replace(joint, lower_rad=-FREE, upper_rad=FREE) for joint in description.joints)
+    servos = {joint.name: replace(LIMP, armature=armature) for joint in joints}
+    return RobotModel(replace(description, joints=joints), servos, (), (), description.root)
+
+
+def step(plant: Plant) -> None:
+    plant.begin_tick()
+    plant.end_tick()
+
+
+# A pendulum --------------------------------------------------------------------------------------------------------
+
+MASS_KG, LENGTH_M, INERTIA = 2.0, 0.8, 0.05
+
+
+def pendulum() -> Plant:
+    """A bob on a bar, about y; two more links, because every robot has feet."""
+    bob = Link("bob", MASS_KG, (0.0, 0.0, -LENGTH_M), (INERTIA, 0.0, 0.0, INERTIA, 0.0, INERTIA))
+    feet = [Link(name, 1.0, (0.0, 0.0, 0.0), (0.01, 0.0, 0.0, 0.01, 0.0, 0.01)) for name in ("left", "right")]
+    root = Link("frame", 1.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+    hinges = [
+        Joint(f"{link.name}Hinge", "frame", link.name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0, 0, 1, 1)
+        for link in (bob, *feet)
+    ]
+    sole = Sole("left", "right", (0.02, 0.02, 0.02), (0.0, 0.0, 0.0))
+    description = Description("pendulum", "frame", (root, bob, *feet), tuple(hinges), (), sole)
+    return Plant(limp(description), Bolted())
+
+
+def period_s(amplitude_rad: float) -> float:
+    """T = 2 pi sqrt(I / (m g l)) (1 + a^2/16 + 11 a^4/3072 + 173 a^6/737280 + ...), I about the pivot.
+
+    Physical pendulum; series of the complete elliptic integral (Nelson and Olsson, Am. J. Phys. 54 (1986), 112-121).
+    """
+    small = 2 * math.pi * math.sqrt((INERTIA + MASS_KG * LENGTH_M**2) / (MASS_KG * GRAVITY_M_S2 * LENGTH_M))
+    a = amplitude_rad
+    return small * (1 + a**2 / 16 + 11 * a**4 / 3072 + 173 * a**6 / 737280)
+
+
+@pytest.mark.parametrize("amplitude_rad", [0.05, 0.5, 1.0])
+def test_a_pendulum_swings_with_its_period(amplitude_rad):
+    plant = pendulum()
+    plant.set_angle("bobHinge", amplitude_rad)
+    plant.load(plant.save())
+    crossings, before = [], amplitude_rad
+    for _ in range(1500):
+        step(plant)
+        now = plant.angle("bobHinge")
+        if before < 0 <= now:
+            crossings.append(plant.time_s - 0.02 * now / (now - before))
+        before = now
+    assert len(crossings) > 10
+    measured_s = (crossings[-1] - crossings[0]) / (len(crossings) - 1)
+    # A semi-implicit step of 4 ms is off by (omega h)^2 / 24 = 8e-6; a crossing is found to 1e-4 s in 28 s.
+    assert measured_s == pytest.approx(period_s(amplitude_rad), rel=2e-4)
+
+
+# A passive arm -----------------------------------------------------------------------------------------------------
+
+
+def one_arm(spec: RobotSpec, side: str) -> tuple[Description, tuple[str, ...]]:
+    """The robot with all but one arm's links folded into what carries them."""
+    description = spec.model.description
+    arm = {description.joint(name).child for name in spec.arms[side]}
+    feet = {description.sole.left, description.sole.right}
+    others = [joint.child for joint in description.joints if joint.child not in arm | feet]
+    return without(description, "^(" + "|".join(map(re.escape, others)) + ")$"), spec.arms[side]
+
+
+def energy_j(plant: Plant) -> tuple[float, float]:
+    """Potential and kinetic."""
+    mujoco.mj_forward(plant.model, plant.data)
+    mujoco.mj_energyPos(plant.model, plant.data)
+    mujoco.mj_energyVel(plant.model, plant.data)
+    potential, kinetic = plant.data.energy
+    return float(potential), float(kinetic)
