@@ -16,6 +16,7 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
+import mujoco
 import numpy as np
 
 from teleop_sim.core.streams import stream
@@ -83,7 +84,15 @@ class Cranked:
 
 
 class CrankScenery(DishScenery):
-    """The dish task's world; the wheels' own angles are sent, as a console with encoders would."""
+    """The dish task's console on a wide level floor; the wheels' own angles are sent, as if it had encoders."""
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        super().add_to(spec)
+        for geom in spec.worldbody.geoms:
+            if geom.name.startswith(("walkway", "clutter")):
+                geom.contype = geom.conaffinity = 0
+                geom.rgba[3] = 0.0
+        spec.geom("soil").pos = [0.0, 0.0, 0.0]
 
     def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
         return {name: plant.angle(name) for name in WHEEL.values()}

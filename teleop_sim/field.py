@@ -18,6 +18,7 @@ from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result
 from teleop_sim.onsite import Interrupted, RobotOnSite
+from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Look, Nudge, Posture
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
 from teleop_sim.robot.programs.steps import AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
@@ -233,8 +234,12 @@ class FieldSite:
 
     def _show(self) -> None:
         self._pictures += 1
-        pixels = picture(self._robot.seen(), self._robot.rng(f"robot.show.{self._pictures}"))
-        self._tell(msg.encode_image(pixels, *IMAGE_SIZE, IMAGE_QUALITY), "camera image")
+        name = f"robot.show.{self._pictures}"
+        self._tell(self._robot.look(name, _camera_image, IMAGE_SIZE, IMAGE_QUALITY), "camera image")
+
+
+def _camera_image(body: Body, rng: np.random.Generator) -> msg.Message:
+    return msg.encode_image(picture(body, rng), *IMAGE_SIZE, IMAGE_QUALITY)
 
 
 def _alive(process: simpy.Process | None) -> bool:

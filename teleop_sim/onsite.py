@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +13,9 @@ from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record, Score
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Command, PlanarPose, Stop
-from teleop_sim.robot.episode import Episode, NoiseKey, perform
+from teleop_sim.robot.episode import Episode, NoiseKey
 from teleop_sim.robot.gait import body_between
+from teleop_sim.robot.memo import Fresh, Sight
 from teleop_sim.world.scoring import Score
 
 SAMPLE_EVERY_TICKS = 10
@@ -31,10 +32,21 @@ class RobotOnSite:
     Args:
         env: the clock. body: the robot in its plant. score: the task's scorer before the start.
         seed, replicate: name the noise. emit: to the log.
+        physics: computes what the robot does, or remembers it.
     """
 
-    def __init__(self, env: simpy.Environment, body: Body, score: Score, seed: int, replicate: int, emit: Emit) -> None:
+    def __init__(
+        self,
+        env: simpy.Environment,
+        body: Body,
+        score: Score,
+        seed: int,
+        replicate: int,
+        emit: Emit,
+        physics: Fresh | None = None,
+    ) -> None:
         self._env, self._body, self._emit = env, body, emit
+        self._physics = physics or Fresh()
         self._seed, self._replicate = seed, replicate
         self._counts: dict[str, int] = {}
         self._state = body.standing()
@@ -65,6 +77,11 @@ class RobotOnSite:
         self._body.load(self._state, float(self._env.now))
         return self._body
 
+    def look(self, name: str, make: Callable[[Body, np.random.Generator], Any], *options: object) -> Any:
+        """What the robot sees as it stands now: ``make`` of the body and the stream ``name`` (``memo.Sight``)."""
+        sight = Sight(name, make, options)
+        return self._physics.look(self._body, self._state, sight, self._seed, self._replicate, float(self._env.now))
+
     def pose(self) -> PlanarPose:
         """Where the middle of the feet is, by odometry."""
         return body_between(self.seen().feet())
@@ -83,14 +100,14 @@ class RobotOnSite:
         """
         key = self._key(command)
         before, start_s = self._state, float(self._env.now)
-        episode = perform(self._body, command, before, key, start_s=start_s)
+        episode = self._physics.perform(self._body, command, before, key, start_s=start_s)
         try:
             yield from self._unroll(episode, start_s)
         except simpy.Interrupt as interrupt:
             # The robot obeys at its next control tick, and what happens up to it is what would have happened anyway.
             ticks = np.ceil((float(self._env.now) - start_s) / self._body.tick_s - 1e-9)
             until_s = min(float(ticks) * self._body.tick_s, episode.duration_s)
-            cut = perform(self._body, command, before, key, until_s=until_s, start_s=start_s)
+            cut = self._physics.perform(self._body, command, before, key, until_s=until_s, start_s=start_s)
             yield from self._finish(self._end_of(cut, start_s))
             stopped = yield from self._come_to_rest()
             if interrupt.cause != "stop":
@@ -106,7 +123,7 @@ class RobotOnSite:
 
     def _come_to_rest(self) -> Generator[simpy.Event, Any, Episode]:
         start_s = float(self._env.now)
-        episode = perform(self._body, Stop(), self._state, self._key(Stop()), start_s=start_s)
+        episode = self._physics.perform(self._body, Stop(), self._state, self._key(Stop()), start_s=start_s)
         yield from self._finish(self._unroll(episode, start_s))
         return episode
 

@@ -26,7 +26,7 @@ from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
-from teleop_sim.robot.body import Body
+from teleop_sim.robot.memo import Fresh, Memo
 from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.scenarios.links import link_plan
@@ -40,7 +40,6 @@ from teleop_sim.scenarios.objects import (
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
 from teleop_sim.wiring import rates_by_state, sender, wire
-from teleop_sim.world.plant import Plant
 
 Clock = Callable[[], float]
 LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
@@ -86,6 +85,7 @@ def run_scenario(
     replicate: int = 0,
     progress: Callable[[Progress], None] | None = None,
     clock: Clock = time.perf_counter,
+    memo: Memo | None = None,
 ) -> RunResult:
     """Run a scenario once and log it to ``out/<scenario>_seed<seed>.mcap``.
 
@@ -94,6 +94,8 @@ def run_scenario(
         out: folder of the log; made if missing. A log of the same name is replaced when the new one is complete.
         progress: called about once a simulated second.
         clock: a wall clock [s] for the result's timings; the simulation never reads it.
+        memo: of earlier runs in this process: what they computed is not computed again. The log's bytes do not depend
+            on it.
 
     Raises:
         BadInput: nothing could ever get across the link that these draw; nothing is written then.
@@ -108,7 +110,7 @@ def run_scenario(
     writer = LogWriter(path)
     watch = _Watch(scenario, writer.write, progress)
     try:
-        bench = _Bench(scenario, seed, replicate, watch, clock)
+        bench = _Bench(scenario, seed, replicate, watch, clock, memo or Fresh())
         watch.look = bench.progress
         ended = bench.run()
         writer.close()
@@ -153,8 +155,10 @@ class _Watch:
 class _Bench:
     """Two sites and a link, wired to a clock."""
 
-    def __init__(self, scenario: Scenario, seed: int, replicate: int, watch: _Watch, clock: Clock) -> None:
-        self._scenario, self._watch = scenario, watch
+    def __init__(
+        self, scenario: Scenario, seed: int, replicate: int, watch: _Watch, clock: Clock, physics: Fresh
+    ) -> None:
+        self._scenario, self._watch, self._physics = scenario, watch, physics
         self.env = simpy.Environment()
         versions = " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
         toml = scenario_to_toml(scenario)
@@ -184,10 +188,11 @@ class _Bench:
         )
 
     def _robot(self, seed: int, replicate: int, site: Site, clock: Clock) -> RobotOnSite:
-        spec = ROBOTS[self._scenario.robot]()
-        self.plant = Plant(spec.model, site.scenery, clock)
+        body = self._physics.body(ROBOTS[self._scenario.robot](), site.scenery)
+        self.plant = body.plant
+        self.plant.stopwatch = clock
         score = site.score(self.plant.joint_names)
-        return RobotOnSite(self.env, Body(spec, self.plant), score, seed, replicate, self._watch)
+        return RobotOnSite(self.env, body, score, seed, replicate, self._watch, self._physics)
 
     def _to_field(self, payload: bytes) -> None:
         self.field.receive(payload)

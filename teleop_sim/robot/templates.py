@@ -35,7 +35,7 @@ class CrankStand:
 CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
     {
         "valkyrie": CrankStand(0.57, 0.27),
-        "atlas": CrankStand(0.72, 0.42),
+        "atlas": CrankStand(0.75, 0.25),
     }
 )
 """By robot: the middle of where the whole circle is reached, at least 3 cm in any direction (measured). THORMANG3 has

@@ -97,13 +97,19 @@ def test_a_pendulum_swings_with_its_period(amplitude_rad):
 # A passive arm -----------------------------------------------------------------------------------------------------
 
 
-def one_arm(spec: RobotSpec, side: str) -> tuple[Description, tuple[str, ...]]:
-    """The robot with all but one arm's links folded into what carries them."""
+def one_arm(spec: RobotSpec, side: str) -> Description:
+    """An arm with its hand on the link that carries it; its soles are two specks that never meet."""
     description = spec.model.description
-    arm = {description.joint(name).child for name in spec.arms[side]}
-    feet = {description.sole.left, description.sole.right}
-    others = [joint.child for joint in description.joints if joint.child not in arm | feet]
-    return without(description, "^(" + "|".join(map(re.escape, others)) + ")$"), spec.arms[side]
+    shoulder = description.joint(spec.arms[side][0])
+    kept = description.beyond(shoulder.child)
+    return Description(
+        name=description.name,
+        root=shoulder.parent,
+        links=(description.link(shoulder.parent), *(link for link in description.links if link.name in kept)),
+        joints=tuple(joint for joint in description.joints if joint.child in kept),
+        frames=(),
+        sole=Sole(shoulder.parent, shoulder.child, (1e-3, 1e-3, 1e-3), (0.0, 9.0, 0.0)),
+    )
 
 
 def energy_j(plant: Plant) -> tuple[float, float]:
