@@ -115,7 +115,7 @@ class Watched(Body):
             for own, other in self.plant.contacts():
                 if "_sole" not in own and not ("Bar" in own and ("Knob" in other or "Stem" in other)):
                     self.stray.add(f"{own} on {other}")
-            if reference.row is None or reference.row[4] == 2 and np.array_equal(reference.row[5:], self.stand[5:]):
+            if reference.row is None or (reference.row[4] == 2 and np.array_equal(reference.row[5:], self.stand[5:])):
                 self.balance_m = max(self.balance_m, self.balance_error_m())
         return upright
 

@@ -46,7 +46,7 @@ class RobotOnSite:
         physics: Fresh | None = None,
     ) -> None:
         self._env, self._body, self._emit = env, body, emit
-        self._physics = physics or Fresh()
+        self._physics = Fresh() if physics is None else physics
         self._seed, self._replicate = seed, replicate
         self._counts: dict[str, int] = {}
         self._state = body.standing()
@@ -194,11 +194,15 @@ class RobotOnSite:
     def _scored(self, episode: Episode, start_s: float) -> tuple[Score, list[tuple[int, Scored]]]:
         score, samples = self.score, episode.samples
         events: list[tuple[int, Scored]] = []
-        for k, t_s in enumerate(samples.t_s):
-            at_s = start_s + float(t_s)
+        times_s, k = start_s + samples.t_s, 0
+        while True:
+            k += score.quiet(times_s[k:], samples.pelvis[k:], samples.joints[k:])
+            if k == len(times_s):
+                return score, events
+            at_s = float(times_s[k])
             score, seen = score.at(at_s, samples.pelvis[k], samples.joints[k])
             events += [(k, Scored(at_s, checkpoint, text)) for checkpoint, text in seen]
-        return score, events
+            k += 1
 
     def _sample(self, at_s: float, pelvis: np.ndarray, joints: np.ndarray) -> PlantSample:
         return PlantSample(at_s, tuple(pelvis.tolist()), tuple(joints.tolist()))

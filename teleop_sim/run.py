@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from importlib import metadata
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.memo import Fresh, Memo
 from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.scenarios.links import link_plan
 from teleop_sim.scenarios.objects import (
     TASKS,
@@ -110,7 +111,7 @@ def run_scenario(
     writer = LogWriter(path)
     watch = _Watch(scenario, writer.write, progress)
     try:
-        bench = _Bench(scenario, seed, replicate, watch, clock, memo or Fresh())
+        bench = _Bench(scenario, seed, replicate, watch, clock, memo)
         watch.look = bench.progress
         ended = bench.run()
         writer.close()
@@ -152,17 +153,32 @@ class _Watch:
             self.tell(self.look())
 
 
+@cache
+def _versions() -> str:
+    return " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
+
+
+@cache
+def _robot_spec(name: str) -> RobotSpec:
+    return ROBOTS[name]()
+
+
 class _Bench:
     """Two sites and a link, wired to a clock."""
 
     def __init__(
-        self, scenario: Scenario, seed: int, replicate: int, watch: _Watch, clock: Clock, physics: Fresh
+        self,
+        scenario: Scenario,
+        seed: int,
+        replicate: int,
+        watch: _Watch,
+        clock: Clock,
+        memo: Memo | None = None,
     ) -> None:
-        self._scenario, self._watch, self._physics = scenario, watch, physics
+        self._scenario, self._watch, self._physics = scenario, watch, Fresh() if memo is None else memo
         self.env = simpy.Environment()
-        versions = " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
         toml = scenario_to_toml(scenario)
-        watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, versions))
+        watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, _versions()))
         streams = partial(stream, seed, replicate)
         self._task = TASKS[scenario.task]
         machine, level = self._task.machine(), autonomy_level(scenario)
@@ -188,7 +204,7 @@ class _Bench:
         )
 
     def _robot(self, seed: int, replicate: int, site: Site, clock: Clock) -> RobotOnSite:
-        body = self._physics.body(ROBOTS[self._scenario.robot](), site.scenery)
+        body = self._physics.body(_robot_spec(self._scenario.robot), site.scenery)
         self.plant = body.plant
         self.plant.stopwatch = clock
         score = site.score(self.plant.joint_names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -221,6 +222,11 @@ class Body:
         """Planar poses of the soles, left and right."""
         return self._foot(0), self._foot(1)
 
+    def sole_places(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Where the soles' centres are on the ground, left and right [m]."""
+        (x0, y0, _), (x1, y1, _) = self._arrays.sole.tolist()
+        return (x0, y0), (x1, y1)
+
     def _foot(self, i: int) -> PlanarPose:
         at, turned = self._arrays.sole[i], self._arrays.sole_rotation[i]
         return float(at[0]), float(at[1]), float(np.arctan2(turned[3], turned[0]))
@@ -236,7 +242,7 @@ class Body:
 
     def balance_error_m(self) -> float:
         """How far the divergent component of motion is from its reference, as the law last saw it."""
-        return float(np.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1]))
+        return math.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1])
 
     def hand_force(self, side: Side) -> float:
         """Sum of the touch sensors on the hand's bars [N]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from teleop_sim.robot import law
 from teleop_sim.robot.body import Body
@@ -28,7 +28,7 @@ class FallWatch:
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        self._stood = [np.array(foot[:2]) for foot in body.feet()]
+        self._stood = list(body.sole_places())
         self._slip_m = 0.0
         self._seen: dict[str, float] = {}
         self._before = law.BOTH
@@ -55,11 +55,10 @@ class FallWatch:
     def _look_at_feet(self, reference: Tick) -> None:
         row = self._body.stand if reference.row is None else reference.row
         stance = row[law.STANCE]
-        for i, foot in enumerate(self._body.feet()):
-            here = np.array(foot[:2])
+        for i, here in enumerate(self._body.sole_places()):
             # Standing now and at the last look: a foot that landed in between has not slid.
             if stance in (law.BOTH, float(i)) and self._before in (law.BOTH, float(i)):
-                self._slip_m = max(self._slip_m, float(np.hypot(*(here - self._stood[i]))))
+                self._slip_m = max(self._slip_m, math.hypot(here[0] - self._stood[i][0], here[1] - self._stood[i][1]))
             else:
                 self._stood[i] = here
         self._before = stance

@@ -25,6 +25,15 @@ SIDES: tuple[Side, Side] = ("left", "right")
 
 
 @dataclass(frozen=True)
+class Limb:
+    """A capsule of an arm: the joint that moves it, its ends (3, 3) with the middle between them [m], its radius."""
+
+    joint: int
+    points: np.ndarray
+    radius_m: float
+
+
+@dataclass(frozen=True)
 class Kinematics:
     """The planning model. ``data`` is scratch space: every call that reads it fills it first.
 
@@ -34,7 +43,9 @@ class Kinematics:
         soles: frame numbers of left and right sole (origin under the sole box's middle).
         tools: frame numbers of the hands' tool frames, by side.
         torso, legs: joint names. arms: joint names by side, from the shoulder out.
-        trunk, forearms: shapes that plans keep apart, on the last torso joint's link and the fifth arm joint's.
+        trunk, trunk_joint: the box on the last torso joint's link.
+        limbs: capsules of each arm, that plans keep off the trunk.
+        mass_kg: of the robot with its hands.
 
     """
 
@@ -49,7 +60,9 @@ class Kinematics:
     legs: tuple[str, ...]
     arms: dict[Side, tuple[str, ...]]
     trunk: Shape
-    forearms: dict[Side, Shape]
+    trunk_joint: int
+    limbs: dict[Side, tuple[Limb, ...]]
+    mass_kg: float
 
     def positions(self, names: Sequence[str]) -> np.ndarray:
         """Places of these joints in ``q``; one less is their place in a velocity."""
@@ -112,13 +125,22 @@ def build(spec: RobotSpec) -> Kinematics:
         legs=(*spec.legs[0], *spec.legs[1]),
         arms={side: spec.arms[side] for side in SIDES},
         trunk=_shape_moved_by(spec.torso[-1], spec.model),
-        forearms={side: _shape_moved_by(spec.arms[side][4], spec.model) for side in SIDES},
+        trunk_joint=int(model.getJointId(spec.torso[-1])),
+        limbs={side: _limbs(carriers, side, spec.model) for side in SIDES},
+        mass_kg=float(pin.computeTotalMass(model)),
     )
 
 
 def _shape_moved_by(joint: str, model: RobotModel) -> Shape:
     link = model.description.joint(joint).child
     return next(shape for shape in model.shapes if shape.link == link)
+
+
+def _limbs(carriers: dict[str, int], side: Side, model: RobotModel) -> tuple[Limb, ...]:
+    """Capsules of an arm; each link is moved by the joint above it."""
+    capsules = [shape for shape in model.shapes if shape.part == f"{side}_arm" and shape.kind == "capsule"]
+    ends = [(carriers[shape.link], np.array(shape.a_m), np.array(shape.b_m), shape.radius_m) for shape in capsules]
+    return tuple(Limb(joint, np.array([a, (a + b) / 2, b]), radius_m) for joint, a, b, radius_m in ends)
 
 
 def _add_joint(model: Any, parent: int, joint: Joint) -> int:

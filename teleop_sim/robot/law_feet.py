@@ -66,12 +66,17 @@ def foot_wrenches(row, a, tau, Rb, left):
         share = max(left if i == 0 else 1 - left, 1e-4)
         r = a.sole[i] - origin
         # S is r as a cross product; S S' = (r.r) 1 - r r'.
-        S[i] = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-        G[:3, :3] += share * np.eye(3)
-        G[3:, 3:] += share * (cost + dot(r, r)) * np.eye(3) - share * np.outer(r, r)
-        G[3:, :3] += share * S[i]
-        G[:3, 3:] += share * S[i].T
-    lam = W.copy().reshape(6, 1)
+        S[i, 0, 1], S[i, 0, 2], S[i, 1, 2] = -r[2], r[1], -r[0]
+        S[i, 1, 0], S[i, 2, 0], S[i, 2, 1] = r[2], -r[1], r[0]
+        for n in range(3):
+            G[n, n] += share
+            G[3 + n, 3 + n] += share * (cost + dot(r, r))
+            for k in range(3):
+                G[3 + n, 3 + k] -= share * r[n] * r[k]
+                G[3 + n, k] += share * S[i, n, k]
+                G[n, 3 + k] += share * S[i, k, n]
+    lam = np.empty((6, 1))
+    lam[:, 0] = W
     solve(G, lam)
     for i in range(2):
         share = max(left if i == 0 else 1 - left, 1e-4)

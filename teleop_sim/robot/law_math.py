@@ -15,10 +15,11 @@ from numba.extending import register_jitable
 def compiled(function: Callable[..., Any]) -> Any:
     """The function compiled by numba, kept on disk where that can be: 0.3 s to load instead of 15 s to compile."""
     try:
-        return njit(cache=True)(function)
+        # numpy's division by zero: Python's check of every divisor costs more than the division.
+        return njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
         # An installation that may not be written and no home to write to: compile anew in every process.
-        return njit(function)
+        return njit(error_model="numpy")(function)
 
 
 @register_jitable
@@ -84,8 +85,12 @@ def out_of(R, v):
 @register_jitable
 def tilt_error(R, c, s):
     """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
-    e = cross(R[:, 0], np.array([c, s, 0.0])) + cross(R[:, 1], np.array([-s, c, 0.0]))
-    return 0.5 * (e + cross(R[:, 2], np.array([0.0, 0.0, 1.0])))
+    e = np.empty(3)
+    # Half the sum of the cross products of both frames' axes.
+    e[0] = 0.5 * (R[1, 2] - s * R[2, 0] - c * R[2, 1])
+    e[1] = 0.5 * (c * R[2, 0] - s * R[2, 1] - R[0, 2])
+    e[2] = 0.5 * (s * R[0, 0] - c * R[1, 0] + c * R[0, 1] + s * R[1, 1])
+    return e
 
 
 @register_jitable

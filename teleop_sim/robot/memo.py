@@ -22,7 +22,7 @@ import numpy as np
 from teleop_sim.core.fingerprint import fingerprint
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body, RobotState
-from teleop_sim.robot.commands import Command, Stop
+from teleop_sim.robot.commands import Cloud, Command, Detect, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.world.digest import plant_digest
@@ -116,7 +116,8 @@ class Memo(Fresh):
         self.limit_bytes = limit_bytes
         self._kept: OrderedDict[bytes, tuple[Any, int]] = OrderedDict()
         self._bodies: OrderedDict[bytes, Body] = OrderedDict()
-        self._digests: WeakKeyDictionary[Body, bytes] = WeakKeyDictionary()
+        self._digests: WeakKeyDictionary[Body | Cloud, bytes] = WeakKeyDictionary()
+        self._spec: tuple[RobotSpec, bytes] | None = None
         self._found: Counter[Kind] = Counter()
         self._made: Counter[Kind] = Counter()
         self._used_bytes = 0
@@ -125,7 +126,7 @@ class Memo(Fresh):
 
     def body(self, spec: RobotSpec, scenery: Scenery, disturbances: Disturbances = CALM) -> Body:
         """See ``Fresh.body``. Runs one after the other share it: it is scratch, and holds nothing between commands."""
-        key = fingerprint(spec, scenery, disturbances)
+        key = fingerprint(self._spec_digest(spec), scenery, disturbances)
         body = self._bodies.get(key)
         if body is None:
             self._made["body"] += 1
@@ -148,8 +149,8 @@ class Memo(Fresh):
         start_s: float = 0.0,
     ) -> Episode:
         """See ``Fresh.perform``. ``start_s`` is not part of the question: it has no effect on what happens."""
-        # Clouds are equal by identity only; to a digest a dataclass is its class and its fields.
-        question = fingerprint("episode", self._digest(body), command, state, key, float(until_s))
+        asked = self._command_digest(command)
+        question = fingerprint("episode", self._digest(body), asked, state, key, float(until_s))
         episode: Episode | None = self._recall("episode", question)
         if episode is not None:
             self._spared_s += episode.physics_s
@@ -188,8 +189,23 @@ class Memo(Fresh):
     def _digest(self, body: Body) -> bytes:
         digest = self._digests.get(body)
         if digest is None:
-            digest = self._digests[body] = fingerprint(plant_digest(body.plant), body.spec)
+            digest = self._digests[body] = fingerprint(plant_digest(body.plant), self._spec_digest(body.spec))
         return digest
+
+    def _spec_digest(self, spec: RobotSpec) -> bytes:
+        # A robot has some thousand numbers, and all runs of a sweep have the same one.
+        if self._spec is None or self._spec[0] is not spec:
+            self._spec = (spec, fingerprint(spec))
+        return self._spec[1]
+
+    def _command_digest(self, command: Command) -> bytes:
+        if not isinstance(command, Detect) or command.cloud is None:
+            return fingerprint(command)
+        # A cloud has a megabyte, and one that is remembered is asked about again and again.
+        digest = self._digests.get(command.cloud)
+        if digest is None:
+            digest = self._digests[command.cloud] = fingerprint(command.cloud)
+        return fingerprint(replace(command, cloud=None), digest)
 
     def _recall(self, kind: Kind, question: bytes) -> Any:
         entry = self._kept.get(question)

@@ -56,7 +56,11 @@ class Occupancy:
 
 
 def occupancy(
-    clouds: Sequence[Cloud], centre: tuple[float, float], half_m: float, split_m: float, stood: Sequence[PlanarPose] = ()
+    clouds: Sequence[Cloud],
+    centre: tuple[float, float],
+    half_m: float,
+    split_m: float,
+    stood: Sequence[PlanarPose] = (),
 ) -> Occupancy:
     """Make the grid.
 
@@ -93,7 +97,7 @@ def _near(grid: Grid, stood: Sequence[PlanarPose]) -> Bools:
 
 
 @compiled
-def _sort_points(points, x_m, y_m, cell_m, split_m, counts):
+def _sort_points(points: np.ndarray, x_m: float, y_m: float, cell_m: float, split_m: float, counts: np.ndarray) -> None:
     """Count points (n, 3) by cell in four bands: low, level, legs, arms."""
     count = counts.shape[1]
     for p in range(points.shape[0]):
@@ -109,7 +113,9 @@ def _sort_points(points, x_m, y_m, cell_m, split_m, counts):
 
 
 @compiled
-def _pass_beams(points, origin, x_m, y_m, cell_m, passed):
+def _pass_beams(
+    points: np.ndarray, origin: np.ndarray, x_m: float, y_m: float, cell_m: float, passed: np.ndarray
+) -> None:
     """Mark the cells over which a beam passes lower than 0.3 m, but the one in which it ends."""
     count = passed.shape[0]
     for p in range(points.shape[0]):

@@ -34,7 +34,7 @@ class CrankStand:
 
 CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
     {
-        "valkyrie": CrankStand(0.57, 0.27),
+        "valkyrie": CrankStand(0.585, 0.27),
         "atlas": CrankStand(0.75, 0.25),
     }
 )

@@ -93,6 +93,10 @@ class DishScore:
         seen = tuple((event.checkpoint, event.text) for event in events)
         return (self if state is self.state else replace(self, state=state)), seen
 
+    def quiet(self, t_s: np.ndarray, pelvis: np.ndarray, joints: np.ndarray) -> int:
+        """How many of these samples change nothing; see ``dish_scorer.quiet``."""
+        return dish_scorer.quiet(self.state, t_s, pelvis[:, :2], joints[:, self.yaw_joint], joints[:, self.pitch_joint])
+
     def next_s(self, t_s: float) -> float:
         """When a frozen robot must be sampled next."""
         return dish_scorer.next_event_s(self.state, t_s)

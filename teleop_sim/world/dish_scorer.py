@@ -15,6 +15,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.console import SQUARE_M
 from teleop_sim.world.dish_draw import DishWorld
@@ -99,6 +101,47 @@ def advance(
     if state.checkpoint == 3 and lay.inside(state.task.finish, SQUARE_M, *pelvis_xy):
         state = replace(_score(state, events, "in the finish square"), outcome="completed")
     return state, tuple(events)
+
+
+def quiet(
+    state: ScorerState, t_s: np.ndarray, pelvis_xy: np.ndarray, dish_yaw_rad: np.ndarray, dish_pitch_rad: np.ndarray
+) -> int:
+    """How many of these samples, (n,), (n, 2), (n,), (n,), from the first on, ``advance`` can be spared.
+
+    Each of them would leave the state equal and bring no event. Never too many: a sample at the very edge of a square,
+    where rounding could decide, is not spared.
+    """
+    if state.outcome != "running":
+        return len(t_s)
+    told = t_s >= state.task.time_limit_s
+    if state.checkpoint == 0:
+        told = told | _near(state.task.checkpoint_1, lay.CHECKPOINT_SIDE_M, pelvis_xy)
+    elif state.checkpoint <= 2:
+        told = told | _axes_tell(state, t_s, dish_yaw_rad, dish_pitch_rad)
+    else:
+        told = told | _near(state.task.finish, SQUARE_M, pelvis_xy)
+    return int(np.argmax(told)) if told.any() else len(t_s)
+
+
+def _near(box: Planar, side_m: float, xy: np.ndarray) -> np.ndarray:
+    """Whether points (n, 2) are in a square, edges and a hair's breadth more included."""
+    c, s = math.cos(box[2]), math.sin(box[2])
+    x, y = xy[:, 0] - box[0], xy[:, 1] - box[1]
+    edge_m = 0.5 * side_m + 1e-6
+    near: np.ndarray = (np.abs(c * x + s * y) <= edge_m) & (np.abs(c * y - s * x) <= edge_m)
+    return near
+
+
+def _axes_tell(state: ScorerState, t_s: np.ndarray, yaw_rad: np.ndarray, pitch_rad: np.ndarray) -> np.ndarray:
+    """Whether an axis comes into its tolerance or leaves it, or a hold is full, at samples (n,)."""
+    off = np.abs(np.stack([yaw_rad - state.task.yaw_target_rad, pitch_rad - state.task.pitch_target_rad]))
+    since = np.array([math.nan if x is None else x for x in (state.yaw_since_s, state.pitch_since_s)])[:, None]
+    turns = (off < TOLERANCE_RAD) == np.isnan(since)
+    # An axis that is not in tolerance has no start of its hold: NaN compares false.
+    held = t_s - since > HOLD_S + _ROUNDING_S
+    full = held.any(axis=0) if state.checkpoint == 1 else held.all(axis=0)
+    tell: np.ndarray = turns.any(axis=0) | full
+    return tell
 
 
 def next_event_s(state: ScorerState, t_s: float) -> float:

@@ -17,6 +17,12 @@ class Score(Protocol):
     def at(self, t_s: float, pelvis: np.ndarray, joints: np.ndarray) -> tuple[Score, tuple[tuple[int, str], ...]]:
         """The score after a sample (pelvis (7,), joints in model order), and what it saw: (checkpoint, words)."""
 
+    def quiet(self, t_s: np.ndarray, pelvis: np.ndarray, joints: np.ndarray) -> int:
+        """How many of these samples (n,), (n, 7), (n, k), from the first on, ``at`` can be spared.
+
+        Each of them would leave the score equal and see nothing. It may be too few, never too many; 0 spares none.
+        """
+
     def next_s(self, t_s: float) -> float:
         """When a frozen robot must be sampled next; ``inf``: never."""
 

@@ -7,7 +7,6 @@ takes the free joint out of the model.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -17,7 +16,7 @@ import pytest
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.world.bare import BareFloor
-from teleop_sim.world.description import Description, Joint, Link, Sole, without
+from teleop_sim.world.description import Description, Joint, Link, Sole
 from teleop_sim.world.plant import GRAVITY_M_S2, Plant
 from teleop_sim.world.robot_model import RobotModel, Servo
 
@@ -119,3 +118,56 @@ def energy_j(plant: Plant) -> tuple[float, float]:
     mujoco.mj_energyVel(plant.model, plant.data)
     potential, kinetic = plant.data.energy
     return float(potential), float(kinetic)
+
+
+def hanging(spec: RobotSpec, side: str) -> tuple[dict[str, float], float]:
+    """Where the arm comes to hang, and its potential energy [J] there: let go in syrup and wait."""
+    model = limp(one_arm(spec, side))
+    syrup = replace(model, servos={name: replace(LIMP, armature=0.1, damping=3.0) for name in model.servos})
+    plant = Plant(syrup, Bolted())
+    for _ in range(1500):
+        step(plant)
+    return {name: plant.angle(name) for name in spec.arms[side]}, energy_j(plant)[0]
+
+
+def swing(spec: RobotSpec, side: str, offset_rad: float, timestep_s: float) -> np.ndarray:
+    """Energy [J] above that of hanging, after every tick of 10 s, of an arm let go with every joint off its rest.
+
+    The rotors' inertia (``armature``) stays: without it a hand of 2 kg on a wrist of 3 g m^2 is a whip.
+    """
+    rest, lowest_j = hanging(spec, side)
+    model = limp(one_arm(spec, side))
+    servos = {name: replace(LIMP, armature=spec.model.servos[name].armature) for name in model.servos}
+    plant = Plant(replace(model, servos=servos), Bolted(), timestep_s=timestep_s)
+    signs = np.random.default_rng(1).choice([-1.0, 1.0], len(rest))
+    for sign, (name, angle) in zip(signs, rest.items(), strict=True):
+        plant.set_angle(name, angle + sign * offset_rad)
+    plant.load(plant.save())
+    energies = [sum(energy_j(plant))]
+    for _ in range(500):
+        step(plant)
+        energies.append(sum(energy_j(plant)))
+    return np.array(energies) - lowest_j
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_passive_arm_keeps_its_energy(name, side):
+    """Against the swing's own energy of 0.2 to 2 J, not the arm's potential of hundreds."""
+    spec = ROBOTS[name]()
+    fine = swing(spec, side, 0.2, 0.001)
+    assert np.abs(fine / fine[0] - 1).max() < 0.01
+    # At the working step the integrator, of first order, is wrong by up to 2.5 % at an instant; what it gains or loses
+    # for good stays under the issue's 1 %.
+    coarse = swing(spec, side, 0.1, 0.004)
+    assert abs(coarse[-100:].mean() - coarse[:100].mean()) < 0.01 * coarse[0]
+    assert np.abs(coarse / coarse[0] - 1).max() < 0.03
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_energy_errors_shrink_with_the_step(name):
+    """All of the error is the integrator's: half the step, half the error."""
+    spec = ROBOTS[name]()
+    worst = [np.abs(e / e[0] - 1).max() for e in (swing(spec, "left", 0.1, h) for h in (0.004, 0.002, 0.001))]
+    assert worst[0] / worst[1] == pytest.approx(2.0, rel=0.05)
+    assert worst[1] / worst[2] == pytest.approx(2.0, rel=0.05)
