@@ -1,4 +1,4 @@
-"""Where walking ends: limits that emerge from contacts, friction and torque limits. One row each in CI, tables in slow."""
+"""Where walking ends: limits that emerge from contacts, friction and torque limits; tables are slow."""
 
 from __future__ import annotations
 
