@@ -15,7 +15,7 @@ from teleop_sim.world.plant import Plant
 
 @dataclass(frozen=True)
 class Wrench:
-    """What a link gets from the one that carries it, at its joint, in its own axes: force (3,) [N], moment (3,) [N m]."""
+    """What a link gets from the one that carries it, at its joint, in its own axes: force [N], moment [N m]: (3,)."""
 
     force_n: np.ndarray
     moment_nm: np.ndarray
