@@ -11,7 +11,7 @@ import simpy
 
 from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record, Scored
 from teleop_sim.core.streams import stream
-from teleop_sim.robot.body import Body
+from teleop_sim.robot.body import Body, RobotState
 from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey
 from teleop_sim.robot.gait import body_between
@@ -49,7 +49,7 @@ class RobotOnSite:
         self._physics = Fresh() if physics is None else physics
         self._seed, self._replicate = seed, replicate
         self._counts: dict[str, int] = {}
-        self._state = body.standing()
+        self._state, self._rest_s = body.standing(), float(env.now)
         body.load(self._state, float(env.now))
         self._names = body.plant.joint_names
         self._pelvis, self._joints = body.plant.pelvis(), body.plant.angles()
@@ -74,13 +74,13 @@ class RobotOnSite:
 
     def seen(self) -> Body:
         """The body as it stands now, for taking pictures."""
-        self._body.load(self._state, float(self._env.now))
+        self._body.load(self._now(), float(self._env.now))
         return self._body
 
     def look(self, name: str, make: Callable[[Body, np.random.Generator], Any], *options: object) -> Any:
         """What the robot sees as it stands now: ``make`` of the body and the stream ``name`` (``memo.Sight``)."""
         sight = Sight(name, make, options)
-        return self._physics.look(self._body, self._state, sight, self._seed, self._replicate, float(self._env.now))
+        return self._physics.look(self._body, self._now(), sight, self._seed, self._replicate, float(self._env.now))
 
     def pose(self) -> PlanarPose:
         """Where the middle of the feet is, by odometry."""
@@ -88,6 +88,7 @@ class RobotOnSite:
 
     def status(self) -> dict[str, float]:
         """The task's status message now."""
+        self._catch_up()
         return self.score.status(float(self._env.now), self._joints)
 
     # Acting --------------------------------------------------------------------------------------------------------
@@ -99,7 +100,7 @@ class RobotOnSite:
         when the robot has come to rest.
         """
         key = self._key(command)
-        before, start_s = self._state, float(self._env.now)
+        before, start_s = self._now(), float(self._env.now)
         episode = self._physics.perform(self._body, command, before, key, start_s=start_s)
         try:
             yield from self._unroll(episode, start_s)
@@ -170,7 +171,7 @@ class RobotOnSite:
             self.checkpoint = record.checkpoint
 
     def _take_over(self, episode: Episode, score: Score) -> None:
-        self.score, self._state = score, episode.end
+        self.score, self._state, self._rest_s = score, episode.end, float(self._env.now)
         if len(episode.samples.t_s):
             self._pelvis, self._joints = episode.samples.pelvis[-1], episode.samples.joints[-1]
             self._log_plant()
@@ -217,6 +218,19 @@ class RobotOnSite:
         if not self._changed.triggered:
             self._changed.succeed()
 
+    def _now(self) -> RobotState:
+        """The state now; while the robot acts, as it was before."""
+        if self.busy:
+            return self._state
+        return self._physics.stood(self._body, self._state, float(self._env.now) - self._rest_s)
+
+    def _catch_up(self) -> None:
+        """Bring what is scored up to date; nothing to do for a frozen robot."""
+        state = self._now()
+        if state is not self._state:
+            self._body.load(state, float(self._env.now))
+            self._pelvis, self._joints = self._body.plant.pelvis(), self._body.plant.angles()
+
     def _score_at_rest(self) -> Generator[simpy.Event, Any, None]:
         """Process: a frozen robot's hold timers run on; sample exactly when one is due."""
         while True:
@@ -228,6 +242,7 @@ class RobotOnSite:
             yield self._changed | self._env.timeout(max(0.0, due_s - float(self._env.now)))
             if not self.busy and not self._changed.triggered:
                 now_s = float(self._env.now)
+                self._catch_up()
                 self.score, seen = self.score.at(now_s, self._pelvis, self._joints)
                 for checkpoint, text in seen:
                     self._emit(Scored(now_s, checkpoint, text))

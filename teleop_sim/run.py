@@ -26,7 +26,7 @@ from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
-from teleop_sim.robot.memo import Fresh, Memo
+from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.spec import RobotSpec
@@ -86,7 +86,7 @@ def run_scenario(
     replicate: int = 0,
     progress: Callable[[Progress], None] | None = None,
     clock: Clock = time.perf_counter,
-    memo: Memo | None = None,
+    memo: Fresh | None = None,
 ) -> RunResult:
     """Run a scenario once and log it to ``out/<scenario>_seed<seed>.mcap``.
 
@@ -96,7 +96,7 @@ def run_scenario(
         progress: called about once a simulated second.
         clock: a wall clock [s] for the result's timings; the simulation never reads it.
         memo: of earlier runs in this process: what they computed is not computed again. The log's bytes do not depend
-            on it.
+            on it. Or ``robot.stepped.Stepped()``, to measure what freezing costs.
 
     Raises:
         BadInput: nothing could ever get across the link that these draw; nothing is written then.
@@ -173,7 +173,7 @@ class _Bench:
         replicate: int,
         watch: _Watch,
         clock: Clock,
-        memo: Memo | None = None,
+        memo: Fresh | None = None,
     ) -> None:
         self._scenario, self._watch, self._physics = scenario, watch, Fresh() if memo is None else memo
         self.env = simpy.Environment()

@@ -72,6 +72,10 @@ class Fresh:
         """Carry out a command: see ``robot.episode.perform``."""
         return perform(body, command, state, key, until_s, start_s)
 
+    def stood(self, _body: Body, state: RobotState, _seconds: float, /) -> RobotState:
+        """The robot after standing for so long: frozen (``robot.stepped`` steps instead)."""
+        return state
+
     def look(self, body: Body, state: RobotState, sight: Sight, seed: int, replicate: int, now_s: float) -> Any:
         """What a robot at rest in a state sees. ``now_s``: the clock's time, which changes nothing."""
         body.load(state, now_s)
