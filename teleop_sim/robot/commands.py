@@ -55,9 +55,13 @@ class CircularAffordance:
 
 @dataclass(frozen=True)
 class Walk:
-    """Walk along planar poses; the last is the goal of the middle of the feet. Faces along the way, then turns."""
+    """Walk along planar poses; the last is the goal of the middle of the feet. Faces along the way, then turns.
+
+    ``clouds``: what the LIDAR has seen. Where something in them is in the way, the robot goes round it.
+    """
 
     path: tuple[PlanarPose, ...]
+    clouds: tuple[Cloud, ...] = ()
 
 
 @dataclass(frozen=True)

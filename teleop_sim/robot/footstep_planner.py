@@ -1,15 +1,18 @@
 """Footstep planner: from an occupancy grid to footsteps round what stands in the way.
 
-A body pose is a node of a lattice that is laid out from the goal, so that the goal is met exactly: its axes are the goal's, its
-cell a sixth of a stride, its yaw in 64 bins of 0.098 rad. A step puts one foot under the next body pose; then it is the
-other foot's turn. Cost is time: a step's swing and transfer, and a little for way, turn and unseen ground, so that of two
-plans with as many steps the straighter one is taken. ARA* (``footstep_search``) returns a bound on cost over optimum.
+A body pose is a node of a lattice that is laid out from the goal, so that the goal is met exactly: its axes are the
+goal's, its cell a sixth of a stride, its yaw in 64 bins of 0.098 rad. A step puts one foot under the next body pose;
+then it is the other foot's turn. Cost is time: a step's swing and transfer, and a little for way, turn and unseen
+ground, so that of two plans with as many steps the straighter one is taken. ARA* (``footstep_search``) returns a bound
+on cost over optimum.
 
-WPI planned with the same method (ARA*) on a 2D grid of 5 cm; step options: strides of +-0.1, 0.2 and 0.3 m, turns of 0.1,
-0.2, 0.3, 0.4, 0.6 and 0.7 rad on the spot and up to 0.2 rad with the longest stride (SpaceRoboticsChallenge @ea36ad7 and TOUGH
-@479c9d2, footsteps_valkyrie.yaml). Here strides are thirds of each robot's longest, and its gait limits the turns.
+WPI planned with the same method (ARA*) on a 2D grid of 5 cm; step options: strides of +-0.1, 0.2 and 0.3 m, turns of
+0.1, 0.2, 0.3, 0.4, 0.6 and 0.7 rad on the spot and up to 0.2 rad with the longest stride (SpaceRoboticsChallenge
+@ea36ad7 and TOUGH @479c9d2, footsteps_valkyrie.yaml). Here strides are thirds of each robot's longest, and its gait
+limits the turns.
 
-Not modelled: steps up and down, lifting the arms to pass, soles that overhang an edge, what the swinging foot passes over.
+Not modelled: steps up and down, lifting the arms to pass, soles that overhang an edge, what the swinging foot passes
+over.
 """
 
 from __future__ import annotations
@@ -25,13 +28,13 @@ import numpy.typing as npt
 from teleop_sim.robot import footstep_search as fast
 from teleop_sim.robot.commands import PlanarPose
 from teleop_sim.robot.gait import LEFT, RIGHT, Footstep, Gait, sole_place, wrap
-from teleop_sim.robot.occupancy import CELL_M, Occupancy, at
-from teleop_sim.robot.perception.gridpath import widen
+from teleop_sim.robot.occupancy import CELL_M, Occupancy, widened
 from teleop_sim.robot.perception.rays import Bools, Floats
 
 BINS: Final = 64
 BIN_RAD: Final = 2.0 * math.pi / BINS
 CELLS_A_STRIDE: Final = 6.0
+REACH_STRIDES: Final = 14.0  # assumed: so far from the goal the bound knows how a robot must turn
 MARGIN_M: Final = 1.5  # assumed: the lattice reaches so far beyond start and goal
 THIRDS: Final = (-1.0, -2.0 / 3.0, -1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 TURN_BINS: Final = (1, 2, 3, 4, 6, 7)  # WPI's turns in tenths of a radian
@@ -39,10 +42,12 @@ TURN_BINS: Final = (1, 2, 3, 4, 6, 7)  # WPI's turns in tenths of a radian
 WAY_S_PER_M: Final = 0.3
 TURN_S_PER_RAD: Final = 0.3
 UNSEEN_S: Final = 1.0  # assumed: a step onto ground that nobody has seen
-# Assumed. WPI began at 8 and had 7 s; here the first way takes a few milliseconds at 3.
-EPSILONS: Final = (3.0, 2.0, 1.5, 1.2, 1.0)
-BUDGET: Final = 6000
+WEIGHTS: Final = (3.0, 1.5, 1.1, 0.0)
+"""Of the guess in successive rounds, then the bound alone (assumed; WPI's ARA* began at 8 and had 7 s)."""
+BUDGET: Final = 2000
 """Expansions in all: a plan round a post takes less than 20 ms (docs/perception.md)."""
+HARD_BUDGET: Final = 40_000
+"""For a second try (assumed); 0.2 s."""
 
 Ints = npt.NDArray[np.int64]
 
@@ -63,6 +68,11 @@ class Outline:
     arms: tuple[tuple[float, float], ...]
     arms_m: float
     split_m: float
+
+    @property
+    def aside_m(self) -> float:
+        """Half the width of all of it."""
+        return max(self.legs_m, *(abs(y) + self.arms_m for _, y in self.arms))
 
 
 @dataclass(frozen=True)
@@ -93,6 +103,8 @@ class Moves:
     costs: Floats
     counts: Ints
     figures: Floats
+    free: npt.NDArray[np.uint8]
+    turning: Floats
 
 
 def options(gait: Gait, foot: int, turn_bins: tuple[int, ...] = TURN_BINS) -> list[tuple[float, float, int]]:
@@ -111,7 +123,9 @@ def options(gait: Gait, foot: int, turn_bins: tuple[int, ...] = TURN_BINS) -> li
 def snapped(
     ahead_m: float, left_m: float, yaw_rad: float, foot: int, cell_m: float, gait: Gait
 ) -> tuple[int, int] | None:
-    """The lattice offset nearest to a move of a body with that yaw which keeps to the gait's limits; None: there is none."""
+    """The lattice offset nearest to a move of a body with that yaw which keeps to the gait's limits; None: there is
+    none.
+    """
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     x, y = (c * ahead_m - s * left_m) / cell_m, (s * ahead_m + c * left_m) / cell_m
     best, least = None, 1.0
@@ -149,7 +163,35 @@ def moves(gait: Gait) -> Moves:
     length = np.hypot(actions[..., 0], actions[..., 1])
     costs = step_s + cell_s * length + bin_s * np.abs(actions[..., 2])
     figures = np.array([step_s, length.max(), float(np.abs(actions[..., 2]).max()), cell_s, bin_s])
-    return Moves(cell_m, actions, costs, counts, figures)
+    free = fast.free_steps(*_backwards(actions, counts), round(REACH_STRIDES * CELLS_A_STRIDE), figures[1])
+    return Moves(cell_m, actions, costs, counts, figures, free, _turning(free, figures[1]))
+
+
+def _turning(free: npt.NDArray[np.uint8], longest: float) -> Floats:
+    """Steps (BINS,) that a heading costs which is so many bins off the way, by what the table says for a straight
+    way.
+    """
+    middle = free.shape[1] // 2
+    back = middle // 2
+    steps: Floats = free[:, middle - back, middle, :].mean(axis=0) - back / longest
+    return np.maximum(steps, 0.0)
+
+
+def _backwards(actions: Ints, counts: Ints) -> tuple[Ints, Ints]:
+    """The same moves, sorted by foot and yaw after the step: (2, BINS, a, 3) of -di, -dj and the yaw before; (2,
+    BINS).
+    """
+    rows: list[list[list[tuple[int, int, int]]]] = [[[] for _ in range(BINS)] for _ in (LEFT, RIGHT)]
+    for foot in (LEFT, RIGHT):
+        for k in range(BINS):
+            for di, dj, dk in actions[foot, k, : counts[foot, k]]:
+                rows[foot][(k + dk) % BINS].append((-di, -dj, k))
+    most = max(len(row) for by_yaw in rows for row in by_yaw)
+    back, many = np.zeros((2, BINS, most, 3), np.int64), np.zeros((2, BINS), np.int64)
+    for foot in (LEFT, RIGHT):
+        for k, row in enumerate(rows[foot]):
+            back[foot, k, : len(row)], many[foot, k] = row, len(row)
+    return back, many
 
 
 def _snapped_options(gait: Gait, foot: int, k: int, cell_m: float) -> list[tuple[int, int, int]]:
@@ -205,28 +247,37 @@ def lattice(start: PlanarPose, goal: PlanarPose, cell_m: float) -> Lattice:
 
 @dataclass(frozen=True, eq=False)
 class Blocked:
-    """Masks (ni, nj) over a lattice: where the middle of the legs, an arm's disc and a sole may not be; unseen ground."""
+    """Masks (ni, nj) over a lattice: where the middle of the legs, an arm's disc and a sole may not be; unseen ground;
+    and where a robot that walks ahead would touch something aside.
+    """
 
     legs: Bools
     arms: Bools
     drops: Bools
     unseen: Bools
+    narrow: Bools
 
 
 def blocked(seen: Occupancy, where: Lattice, outline: Outline, clearance_m: float) -> Blocked:
     """Widen what was seen by the robot's outline and ``clearance_m``, and read it at the lattice's nodes."""
-    nodes = where.nodes()
-    sole_m = math.hypot(*outline.sole_m) / 2.0
+    count = seen.grid.count
+    index = seen.grid.index(where.nodes())
+    inside = ((index >= 0) & (index < count)).all(axis=1)
+    cells = np.where(inside, index[:, 0] * count + index[:, 1], 0)
 
     def at_nodes(mask: Bools, radius_m: float, outside: bool) -> Bools:
-        wide = widen(mask, radius_m / CELL_M) if mask.any() else mask
-        return np.ascontiguousarray(at(seen.grid, wide, nodes, outside).reshape(where.shape))
+        wide = widened(mask, radius_m / CELL_M) if radius_m else mask
+        found = wide.ravel()[cells]
+        found[~inside] = outside
+        return found.reshape(where.shape)
 
     return Blocked(
         at_nodes(seen.legs | seen.arms, outline.legs_m + clearance_m, True),
         at_nodes(seen.arms, outline.arms_m + clearance_m, False),
-        at_nodes(seen.drop, sole_m, True),
+        at_nodes(seen.drop, math.hypot(*outline.sole_m) / 2.0, True),
         at_nodes(seen.unknown, 0.0, True),
+        at_nodes(seen.arms, outline.aside_m + clearance_m, True)
+        | at_nodes(seen.legs, outline.legs_m + clearance_m, True),
     )
 
 
@@ -238,14 +289,14 @@ def plan_footsteps(
     outline: Outline,
     clearance_m: float = 0.05,
     budget: int = BUDGET,
-    epsilons: tuple[float, ...] = EPSILONS,
+    weights: tuple[float, ...] = WEIGHTS,
 ) -> FootPlan:
     """Plan footsteps.
 
     Args:
         seen: what is known of the ground. start: middle of both feet now, side by side. goal: where it shall be.
         gait: limits of a step. outline: room that the robot needs. clearance_m: kept beyond it.
-        budget: of expansions. epsilons: of ARA*, falling to 1.
+        budget: of expansions. weights: of the guess; the last should be 0, for the bound.
     """
     steps = moves(gait)
     where = lattice(start, goal, steps.cell_m)
@@ -259,21 +310,58 @@ def plan_footsteps(
     # Half a metre beyond the start's distance: further off the map only says how far it was drawn.
     beyond = round(0.5 / steps.cell_m) * fast.STRAIGHT
     tenths = fast.distance_map(masks.legs, *where.origin, i1, j1, beyond)
-    status, cost_s, bound, way, spent = fast.search(
+    way = _way(masks, where.origin, (i1, j1), beyond, tenths)
+    _, least_s, states, spent = fast.search(
         seeds, seed_costs, steps.actions, steps.costs, steps.counts, _soles(gait, steps.cell_m),
         masks.legs, masks.arms, _discs(outline, steps.cell_m), masks.drops, masks.unseen * UNSEEN_S,
-        tenths, where.origin, steps.figures, np.array(epsilons), budget,
+        tenths, steps.free, where.origin, steps.figures,
+        way, _steps_after(way, steps), steps.turning, np.array(weights), budget,
     )  # fmt: skip
-    if len(way) == 0:
-        return FootPlan((), (), math.inf, math.inf, spent, "no way" if status == fast.NOT_FOUND else "too hard")
-    bodies = [where.pose(int(i), int(j), int(k)) for i, j, k, _ in way]
-    feet = [int(foot) for *_, foot in way]
+    if len(states) == 0:
+        return FootPlan((), (), math.inf, math.inf, spent, "no way" if math.isinf(least_s) else "too hard")
+    cost_s = _cost_s(states, seeds, seed_costs, steps, masks)
+    bodies = [where.pose(int(i), int(j), int(k)) for i, j, k, _ in states]
+    feet = [int(foot) for *_, foot in states]
     # The other foot comes beside.
     bodies[-1] = goal
     bodies.append(goal)
     feet.append(1 - feet[-1])
     placed = tuple(sole_place(body, foot, gait.width_m) for body, foot in zip(bodies, feet, strict=True))
-    return FootPlan(placed, tuple(bodies), float(cost_s), float(bound), int(spent), "ok")
+    return FootPlan(placed, tuple(bodies), cost_s, max(1.0, cost_s / float(least_s)), int(spent), "ok")
+
+
+def _cost_s(states: Ints, seeds: Ints, seed_costs: Floats, steps: Moves, masks: Blocked) -> float:
+    """Cost of a way: what came before a state may have become cheaper after the search last looked at it."""
+    step_s, _, _, cell_s, bin_s = steps.figures
+    first = int(np.flatnonzero((seeds == states[0]).all(axis=1))[0])
+    moved = np.diff(states[:, :3], axis=0)
+    turned = (moved[:, 2] + BINS // 2) % BINS - BINS // 2
+    unseen = masks.unseen[states[1:, 0], states[1:, 1]]
+    each = step_s + cell_s * np.hypot(moved[:, 0], moved[:, 1]) + bin_s * np.abs(turned) + UNSEEN_S * unseen
+    return float(seed_costs[first] + each.sum())
+
+
+def _way(masks: Blocked, goal: tuple[int, int], start: tuple[int, int], beyond: int, tenths: Ints) -> Ints:
+    """Corners (m, 2) of a way: with room for the arms if there is one, else for the legs."""
+    wide = fast.distance_map(masks.narrow, *goal, *start, beyond)
+    mask, map_ = (masks.narrow, wide) if wide[start] > 0 and not masks.narrow[start] else (masks.legs, tenths)
+    corners: Ints = fast.corners(map_, mask, *start, *goal)
+    return corners
+
+
+def _steps_after(way: Ints, steps: Moves) -> Floats:
+    """Steps (m,) that are probably needed from each corner of a way on: length, and turns at later corners and the
+    end.
+    """
+    after = np.zeros(len(way))
+    heading = 0.0
+    for c in range(len(way) - 1, 0, -1):
+        dx, dy = way[c] - way[c - 1]
+        before = math.atan2(dy, dx)
+        after[c] = (after[c + 1] + np.hypot(*(way[c + 1] - way[c])) / steps.figures[1]) if c < len(way) - 1 else 0.0
+        after[c] += steps.turning[round((heading - before) / BIN_RAD) % BINS]
+        heading = before
+    return after
 
 
 def _soles(gait: Gait, cell_m: float) -> Ints:

@@ -6,7 +6,8 @@ because a robot is a trunk with its arms ahead: a console lower than the hands d
 
 Source of the cell's side: WPI-Humanoid-Robotics-Lab/SpaceRoboticsChallenge @ea36ad7 (octomap and archive code, 5 cm).
 
-Not modelled: slopes and stairs (the floor is z = 0), things that move between two sweeps, height of what hangs from above.
+Not modelled: slopes and stairs (the floor is z = 0), things that move between two sweeps, height of what hangs from
+above.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from teleop_sim.robot.commands import Cloud, PlanarPose
 from teleop_sim.robot.law_math import compiled
 from teleop_sim.robot.perception.gridpath import Grid
-from teleop_sim.robot.perception.rays import Bools, Floats
+from teleop_sim.robot.perception.rays import Bools
 
 CELL_M: Final = 0.05
 LEVEL_M: Final = 0.05
@@ -134,10 +135,25 @@ def _pass_beams(
                 passed[i, j] = True
 
 
-def at(grid: Grid, mask: Bools, xy: Floats, outside: bool) -> Bools:
-    """Values (n,) of a mask at points (n, 2); ``outside`` beyond the grid."""
-    index = grid.index(xy)
-    inside = ((index >= 0) & (index < grid.count)).all(axis=1)
-    found = np.full(len(xy), outside)
-    found[inside] = mask[index[inside, 0], index[inside, 1]]
-    return found
+@compiled
+def widened(mask: np.ndarray, radius: float) -> np.ndarray:
+    """Cells within ``radius`` (in cells) of a set cell: dilation by a disc, quick where few cells are set."""
+    ni, nj = mask.shape
+    wide = mask.copy()
+    reach = int(radius)
+    for i in range(ni):
+        for j in range(nj):
+            # What has only set neighbours widens nothing that they do not.
+            if not mask[i, j] or (
+                0 < i < ni - 1
+                and 0 < j < nj - 1
+                and mask[i - 1, j]
+                and mask[i + 1, j]
+                and mask[i, j - 1]
+                and mask[i, j + 1]
+            ):
+                continue
+            for a in range(max(0, i - reach), min(ni, i + reach + 1)):
+                half = int(np.sqrt(radius * radius - (a - i) * (a - i)))
+                wide[a, max(0, j - half) : min(nj, j + half + 1)] = True
+    return wide

@@ -9,6 +9,7 @@ from teleop_sim.robot import law
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import PlanarPose, Step, Stop, Walk
 from teleop_sim.robot.gait import Footstep, Plan
+from teleop_sim.robot.route import plain_steps, steps_round
 from teleop_sim.robot.skill import Done, Motion, Tick
 
 ARRIVED_M = 0.02
@@ -27,15 +28,23 @@ STAGGER_RAD = 0.2
 
 
 def walk(body: Body, command: Walk, _: np.random.Generator) -> Motion:
-    """Walk along the path. Ends ``reached``, with the error to the goal in metres as data."""
+    """Walk along the path. Ends ``reached``, with the error to the goal in metres as data, or ``no_plan``."""
     yield from _square(body)
     here = g.body_between(body.feet())
-    bodies = g.walk_bodies(here, command.path, body.spec.gait)
-    turn = g.wrap(bodies[0][2] - here[2]) if bodies else 0.0
-    yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(turn), body.spec.gait))
+    steps = steps_to(body, here, command)
+    if steps is None:
+        return Done("no_plan", "something stands in the way, and no way round it is known")
+    yield from _follow_plan(body, steps)
     yield from _put_right(body, command.path[-1])
     x, y, _yaw = g.body_between(body.feet())
     return Done("reached", data=float(np.hypot(x - command.path[-1][0], y - command.path[-1][1])))
+
+
+def steps_to(body: Body, here: PlanarPose, command: Walk) -> tuple[Footstep, ...] | None:
+    """Footsteps of a walk; None where what was seen leaves no way."""
+    if command.clouds:
+        return steps_round(body, here, command.path, command.clouds)
+    return plain_steps(here, g.walk_bodies(here, command.path, body.spec.gait), body.spec.gait)
 
 
 def _put_right(body: Body, goal: PlanarPose) -> Motion:
