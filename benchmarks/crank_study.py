@@ -2,9 +2,9 @@
 
 python benchmarks/crank_study.py [--robots atlas,valkyrie] [--trials 30] [--jobs 2] [--sweep error,floor,handle]
 
-Without ``--sweep``: exact perception. A trial counts as done if the wheel has been turned three times within 10 degrees, the
-robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing but soles and bars ever touched
-anything. A grip that is lost or not felt is let go and tried again after a new look, up to ``TRIES`` grips in all. Each
+Without ``--sweep``: exact perception. A trial counts as done if the wheel has been turned three times within 10
+degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing but soles and bars ever
+touched anything. A grip that is lost or not felt is let go and tried again after a new look, up to ``TRIES`` grips in all. Each
 look places the handle wrong by a normal error of ``error_m`` in each direction, the same in all of that try.
 """
 
@@ -94,7 +94,7 @@ class CrankScenery(DishScenery):
                 geom.rgba[3] = 0.0
         spec.geom("soil").pos = [0.0, 0.0, 0.0]
 
-    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
+    def status(self, plant: Plant, _: tuple[float, ...]) -> dict[str, float]:
         return {name: plant.angle(name) for name in WHEEL.values()}
 
 
@@ -261,8 +261,9 @@ def line(setting: Setting, trials: list[Cranked]) -> str:
     off_mm = 1e3 * max((t.balance_m for t in done), default=math.nan)
     causes = Counter(t.told for t in trials if not t.done)
     told = "; ".join(f"{n} {why}" for why, n in causes.most_common(6))
+    cell = f"| {setting.robot} | {100 * setting.error_m:.0f} | {setting.floor} | {setting.handle} |"
     return (
-        f"| {setting.robot} | {100 * setting.error_m:.0f} | {setting.floor} | {setting.handle} | {len(done)}/{len(trials)} |"
+        f"{cell} {len(done)}/{len(trials)} |"
         f" {grips:.1f} | {miss:.1f} | {crept:.1f} | {off_mm:.0f} | {seconds:.0f} | {told} |"
     )
 

@@ -18,6 +18,9 @@ ARM_POSITION_M, ARM_AXIS_RAD = 0.005, 0.1
 REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
 """Residuals above which there is no plan: measured to be what the cage still holds."""
 
+RESTARTS_SEED = 0
+"""Starts of a search that failed are drawn, but always the same: a table is a function."""
+
 SINK_M = 0.008
 """The tool goes this far below the handle's centre: the bars reach 2 cm beyond it, and a hand that is believed too low
 still holds while one too high slips off (measured: the cause of most lost grips)."""
@@ -31,6 +34,7 @@ class Circle:
         hub: (3,) middle of the circle on which the tool goes [m].
         axis, zero, across: unit vectors; ``across`` is where handle angle 90 degrees lies.
         radius_m: of the circle.
+        frame: (3, 3), its rows are zero, across, axis.
 
     """
 
@@ -39,6 +43,7 @@ class Circle:
     zero: np.ndarray
     across: np.ndarray
     radius_m: float
+    frame: np.ndarray
 
     def place(self, angle_rad: float, lift_m: float = 0.0) -> Target:
         """Where the tool goes for a handle angle, lifted off along the axis from where it holds the handle."""
@@ -49,17 +54,22 @@ class Circle:
         """Unit vector (3,) along the handle's path, anticlockwise about the axis."""
         return math.cos(angle_rad) * self.across - math.sin(angle_rad) * self.zero
 
+    def polar(self, position: np.ndarray) -> tuple[float, float]:
+        """Handle angle of a point (3,), in (-pi, pi], and its distance from the circle [m]."""
+        along, over, up = (self.frame @ (position - self.hub)).tolist()
+        return math.atan2(over, along), math.hypot(math.hypot(along, over) - self.radius_m, up)
+
     def angle_of(self, position: np.ndarray) -> float:
         """Handle angle of the place on the circle nearest a point (3,), in (-pi, pi]."""
-        spoke = position - self.hub
-        return math.atan2(float(spoke @ self.across), float(spoke @ self.zero))
+        return self.polar(position)[0]
 
 
 def circle_of(affordance: CircularAffordance) -> Circle:
     """Make an affordance's circle."""
     axis, zero = np.array(affordance.axis), np.array(affordance.zero)
     hub = np.array(affordance.centre) + (affordance.height_m - SINK_M) * axis
-    return Circle(hub, axis, zero, np.cross(axis, zero), affordance.radius_m)
+    across = np.cross(axis, zero)
+    return Circle(hub, axis, zero, across, affordance.radius_m, np.array([zero, across, axis]))
 
 
 @dataclass(frozen=True)
@@ -102,19 +112,20 @@ def circle_table(
     side: Side,
     stance: Stance,
     rest: np.ndarray,
-    start: np.ndarray,
     affordance: CircularAffordance,
-    rng: np.random.Generator,
     points: int = POINTS,
 ) -> CircleTable:
     """Plan in two stages: the 7-joint arm alone, then, if that leaves too much, torso and arm.
 
-    ``start`` is the posture to search from at the affordance's own angle. See ``CircleTable.usable``.
+    A function of its arguments, but not of the affordance's angle: the search goes from ``rest`` to the handle's place
+    nearest the robot, and from there round. See ``CircleTable.usable``.
     """
     tables = []
-    first = round(affordance.angle_rad / (2 * np.pi) * points) % points
+    circle, rng = circle_of(affordance), np.random.default_rng(RESTARTS_SEED)
+    middle = (stance.feet[0].translation + stance.feet[1].translation) / 2
+    first = round(circle.angle_of(middle) / (2 * np.pi) * points) % points
     for stage, solver in two_stage(kinematics, side, stance, rest):
-        table = _go_round(solver, stage, start, circle_of(affordance), first, rng, points)
+        table = _go_round(solver, stage, rest, circle, first, rng, points)
         if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
             return table
         tables.append(table)

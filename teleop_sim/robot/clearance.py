@@ -1,7 +1,7 @@
 """How near an arm is to the trunk: physics lets them touch, so plans keep a distance.
 
-Shapes are those of the robot's collisions: capsules along the arm's links and a box round the trunk. Cheap enough for every
-step of a search; what else could touch is asked of ``teleop_sim.robot.collision`` once a path is found.
+Shapes are those of the robot's collisions: capsules along the arm's links and a box round the trunk. Cheap enough for
+every step of a search; what else could touch is asked of ``teleop_sim.robot.collision`` once a path is found.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from teleop_sim.robot.kinematics import Kinematics, Limb
 
 @dataclass(frozen=True)
 class Gap:
-    """Between a limb and the trunk: how wide [m], negative if they overlap; where on the limb (3,), which way out (3,)."""
+    """Between a limb and the trunk: how wide [m], negative if they overlap; where on the limb, which way out (3,)."""
 
     limb: Limb
     width_m: float

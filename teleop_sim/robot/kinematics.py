@@ -87,6 +87,12 @@ class Kinematics:
         placement = pin.updateFramePlacement(self.model, self.data, self.tools[side])
         return placement.rotation.copy(), placement.translation.copy()
 
+    def tool_place(self, q: np.ndarray, side: Side) -> np.ndarray:
+        """Position (3,) [m] of a hand's tool frame in the world."""
+        pin.forwardKinematics(self.model, self.data, q)
+        place: np.ndarray = pin.updateFramePlacement(self.model, self.data, self.tools[side]).translation
+        return place
+
     def centre_of_mass(self, q: np.ndarray) -> np.ndarray:
         """Of the whole robot, in the world (3,) [m]."""
         return np.array(pin.centerOfMass(self.model, self.data, q))

@@ -1,15 +1,15 @@
 """Where a robot stands to use a thing: object templates' stand poses, as data per robot.
 
 The published templates (team-vigir/vigir_templates @8fc2e9b, ``robot_poses/*_stand_poses.xml``) hold one list of stand
-poses a robot and object, in the object's frame; so does this. They know no console with cranks: its stands were found by
-asking the inverse kinematics where a hand reaches the whole circle (docs/physics.md, "Manipulation").
+poses a robot and object, in the object's frame; so does this. They know no console with cranks: its stands were found
+by asking the inverse kinematics where a hand reaches the whole circle (docs/physics.md, "Manipulation").
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from teleop_sim.core.errors import UnknownName
@@ -18,10 +18,18 @@ from teleop_sim.robot.commands import Side
 
 @dataclass(frozen=True)
 class CrankStand:
-    """From the middle of the feet to the wheel's centre: ahead, and outwards on the side of the hand that turns it."""
+    """Where and how to stand at a crank.
+
+    Attributes:
+        ahead_m, aside_m: from the middle of the feet to the wheel's centre, ahead and outwards on the side of the hand
+            that turns it.
+        rest: joints that a search draws elsewhere than to the walking posture [rad].
+
+    """
 
     ahead_m: float
     aside_m: float
+    rest: Mapping[str, float] = field(default_factory=dict)
 
     def pose(self, centre: tuple[float, float], yaw_rad: float, side: Side) -> tuple[float, float, float]:
         """Where to stand, (x [m], y [m], yaw [rad]), for a wheel whose face is turned to a robot of that heading."""
@@ -34,13 +42,13 @@ class CrankStand:
 
 CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
     {
-        "valkyrie": CrankStand(0.585, 0.27),
+        # Elbows out: with arms as for walking the search slips into postures with the upper arm in the torso.
+        "valkyrie": CrankStand(0.56, 0.30, {"rightShoulderRoll": 0.7, "leftShoulderRoll": -0.7}),
+        # Further out the hand of the walking posture would meet the wheel when the robot walks up.
         "atlas": CrankStand(0.75, 0.25),
     }
 )
-"""By robot: the middle of where the whole circle is reached, at least 3 cm in any direction (measured). THORMANG3 has
-none: its wrists carry 5.1 N m, a crank asks 20 N at 0.12 m beyond the wrist and its arms do not reach over a console of
-0.9 m (assumed: not tried)."""
+"""By robot: the middle of where the whole circle is reached, with 2.5 cm to spare in any direction (measured)."""
 
 
 def crank_stand(robot: str) -> CrankStand:
@@ -53,3 +61,8 @@ def crank_stand(robot: str) -> CrankStand:
     if robot not in CRANK_STANDS:
         raise UnknownName("stand at a crank", robot, tuple(CRANK_STANDS))
     return CRANK_STANDS[robot]
+
+
+def rest_of(robot: str) -> Mapping[str, float]:
+    """Joints of a robot that a hand's search draws elsewhere than to the walking posture [rad], if any."""
+    return CRANK_STANDS[robot].rest if robot in CRANK_STANDS else {}

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from teleop_sim.robot import law
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.circle_table import CircleTable, circle_of, circle_table
+from teleop_sim.robot.circle_table import Circle, CircleTable, circle_of
 from teleop_sim.robot.commands import Follow
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.manipulate import JAW_SHUT, Arm, arm_of, plan_stance, rest_posture, smooth
+from teleop_sim.robot.skills.manipulate import JAW_SHUT, Arm, arm_of, smooth, table_of
+from teleop_sim.world.plant import GRAVITY_M_S2
 
 FULL_SPEED_RAD_S = 2 * np.pi / 12
 """One turn in 12 s: measured to hold for 3.5 turns either way."""
@@ -118,6 +120,8 @@ class Follower:
         self.circle = circle_of(command.affordance)
         self.postures = table.q[:, arm.upper]
         self.pushes = table.push[:, arm.upper - 1]
+        self.leans = zmp_shifts(arm, table, self.circle)
+        self.row = arm.body.stand
         self.jaws = arm.jaws(JAW_SHUT)
         self.start = start
         self.first_error = command.target - signal
@@ -127,9 +131,8 @@ class Follower:
     def sense(self) -> str:
         """Read hand and signal. Return an outcome that ends the motion, or nothing."""
         now, body = self.now, self.arm.body
-        _, position = self.arm.hand()
-        angle = self.circle.angle_of(position)
-        now.hand += (angle - now.hand + np.pi) % (2 * np.pi) - np.pi
+        angle, off_m = self.circle.polar(self.arm.tool())
+        now.hand += math.remainder(angle - now.hand, 2 * math.pi)
         signal = now.signal = watched(body, self.command.signal)
         now.ticks += 1
         if body.hand_force(self.command.side) > TOUCH_N:
@@ -137,7 +140,6 @@ class Follower:
         if abs(signal - now.moved[1]) > STILL_RAD:
             now.moved = (now.ticks, signal)
         self._learn(signal)
-        off_m = float(np.linalg.norm(position - self.circle.place(now.hand).position))
         lag, untouched = abs(now.place - now.hand), abs(now.hand - now.touched)
         if off_m > OFF_PATH_M or lag > LAG_LOST_RAD or untouched > UNTOUCHED_RAD:
             return "grip_lost"
@@ -196,21 +198,39 @@ class Follower:
     def tick(self) -> Tick:
         """The table's posture at the reference's place, eased in from the posture at the start."""
         now, rows = self.now, len(self.postures)
-        place = now.place / (2 * np.pi) * rows
+        place = now.place / (2 * math.pi) * rows
         row = math.floor(place)
-        here, there = row % rows, (row + 1) % rows
+        share, here, there = place - row, row % rows, (row + 1) % rows
         slope = self.postures[there] - self.postures[here]
-        posture = self.postures[here] + (place - row) * slope
-        torque = now.push_n * (self.pushes[here] + (place - row) * (self.pushes[there] - self.pushes[here]))
+        posture = self.postures[here] + share * slope
+        torque = now.push_n * (self.pushes[here] + share * (self.pushes[there] - self.pushes[here]))
+        lean = now.push_n * (self.leans[here] + share * (self.leans[there] - self.leans[here]))
+        stance = self.row.copy()
+        stance[law.ZMP : law.ZMP + 2] += lean
         ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
         if ease > 0.0:
             posture = posture + ease * self.offset
-        return Tick(posture, slope * (now.velocity * rows / (2 * np.pi)), torque, self.jaws)
+        return Tick(posture, slope * (now.velocity * rows / (2 * math.pi)), torque, self.jaws, stance)
 
     def report(self) -> FollowReport:
         """What the robot knows at the end."""
         now = self.now
         return FollowReport(now.hand - self.start, math.remainder(now.touched, 2 * np.pi), now.signal, self.error())
+
+
+def zmp_shifts(arm: Arm, table: CircleTable, circle: Circle) -> np.ndarray:
+    """How far the ZMP must move for each newton of push, (rows, 2) [m/N], so that the centre of mass stays.
+
+    Moments about the ZMP p of a robot at rest, with the hand's force F on the world at r and the centre of mass at c:
+    (c - p) x (-m g) + (r - p) x (-F) = 0, so p - c = -(h F_xy - (r - c)_xy F_z) / (m g), h the hand's height over ground.
+    """
+    angles = 2 * math.pi * np.arange(len(table.q)) / len(table.q)
+    force = np.array([circle.direction(angle) for angle in angles])
+    place = np.array([circle.place(angle).position for angle in angles])
+    com, ground_z_m = arm.body.stand[law.XI : law.XI + 2], arm.body.ground_z_m()
+    height = place[:, 2:] - ground_z_m
+    weight_n = arm.kinematics.mass_kg * GRAVITY_M_S2
+    return np.asarray(-(height * force[:, :2] - (place[:, :2] - com) * force[:, 2:]) / weight_n)
 
 
 def follow(body: Body, command: Follow, rng: np.random.Generator) -> Motion:
@@ -223,10 +243,8 @@ def follow(body: Body, command: Follow, rng: np.random.Generator) -> Motion:
     signal = watched(body, command.signal)
     if not np.isfinite(signal):
         return Done("no_motion", f"no status value {command.signal!r} is received")
-    q, stance = plan_stance(arm)
-    angle = circle_of(command.affordance).angle_of(arm.hand()[1])
-    affordance = replace(command.affordance, angle_rad=angle)
-    table = circle_table(arm.kinematics, command.side, stance, rest_posture(arm, q), q, affordance, rng)
+    angle = circle_of(command.affordance).angle_of(arm.tool())
+    table = table_of(arm, command.affordance)
     if not table.usable:
         return Done("no_plan", f"the handle's circle is out of reach by {table.position_error_m * 1e3:.0f} mm")
     follower = Follower(arm, command, table, angle, signal)

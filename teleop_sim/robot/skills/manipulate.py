@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from teleop_sim.robot import templates
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, stance_of, two_stage
-from teleop_sim.robot.commands import Side
+from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, snapped, stance_of, two_stage
+from teleop_sim.robot.circle_table import CircleTable
+from teleop_sim.robot.commands import CircularAffordance, PlanarPose, Side
+from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.kinematics import Kinematics, kinematics_of
 from teleop_sim.robot.skill import Tick
+from teleop_sim.robot.tables import handle_table
 
 Ticks = Generator[Tick, None, None]
 
@@ -33,6 +38,7 @@ class Arm:
 
     Attributes:
         body: the robot's own senses.
+        robot: its name.
         kinematics: planning model.
         side: which hand.
         joints: places in ``q`` of ``body.joint_names``.
@@ -41,6 +47,7 @@ class Arm:
     """
 
     body: Body
+    robot: str
     kinematics: Kinematics
     side: Side
     joints: np.ndarray
@@ -48,8 +55,11 @@ class Arm:
 
     def measured(self) -> np.ndarray:
         """Configuration ``q`` as felt now."""
-        rotation, position = self.body.base()
-        return self.kinematics.assemble(rotation, position, self.joints, self.body.q())
+        pelvis = self.body.plant.pelvis()
+        q = np.zeros(self.kinematics.model.nq)
+        q[:3], q[3:6], q[6] = pelvis[:3], pelvis[4:], pelvis[3]
+        q[self.joints] = self.body.q()
+        return q
 
     def reference(self) -> np.ndarray:
         """Configuration ``q`` with the upper body where it was told to be, not where load has pushed it."""
@@ -61,6 +71,10 @@ class Arm:
         """Rotation (3, 3) and position (3,) [m] of the tool as felt now."""
         return self.kinematics.tool_pose(self.measured(), self.side)
 
+    def tool(self) -> np.ndarray:
+        """Position (3,) [m] of the tool as felt now."""
+        return self.kinematics.tool_place(self.measured(), self.side)
+
     def jaws(self, value: float) -> tuple[float, float]:
         """Jaw references with this hand's set and the other's kept."""
         left, right = self.body.jaws
@@ -69,15 +83,30 @@ class Arm:
 
 def arm_of(body: Body, side: Side) -> Arm:
     """Look up by name all that a skill needs for one hand."""
-    kinematics = kinematics_of(body.spec.model.description.name)
-    return Arm(body, kinematics, side, kinematics.positions(body.joint_names), kinematics.positions(body.upper_names))
+    robot = body.spec.model.description.name
+    kinematics = kinematics_of(robot)
+    return Arm(
+        body, robot, kinematics, side, kinematics.positions(body.joint_names), kinematics.positions(body.upper_names)
+    )
 
 
-def rest_posture(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """``q`` with torso and arms in the walking posture: what the redundant joints are drawn to."""
-    rest = q.copy()
-    rest[arm.upper] = arm.body.named_posture("walk")
-    return rest
+def rest_posture(arm: Arm, stance: Stance) -> np.ndarray:
+    """The configuration to which redundant joints are drawn: torso and this arm at rest, the others as they were told.
+
+    It hangs on the stance and on references alone, not on what is felt, to the last bit: equal tables are made once.
+    """
+    q = arm.reference()
+    moving, told = (*arm.kinematics.torso, *arm.kinematics.arms[arm.side]), templates.rest_of(arm.robot)
+    for name, place, walking in zip(arm.body.upper_names, arm.upper, arm.body.named_posture("walk"), strict=True):
+        if name in moving:
+            q[place] = told.get(name, walking)
+    return np.asarray(np.round(ChainIk(arm.kinematics, arm.side, stance, q, torso=False).settle(q), 6))
+
+
+def table_of(arm: Arm, affordance: CircularAffordance) -> CircleTable:
+    """Postures round a handle's circle from where the robot stands."""
+    _, stance = plan_stance(arm)
+    return handle_table(arm.robot, arm.side, stance, rest_posture(arm, stance), affordance)
 
 
 def solve_two_stage(
@@ -107,9 +136,22 @@ def straight_path(
 
 
 def plan_stance(arm: Arm) -> tuple[np.ndarray, Stance]:
-    """Return the reference configuration and what to keep while the hands work."""
-    q = arm.reference()
-    return q, stance_of(arm.kinematics, arm.measured())
+    """Return the reference configuration and what to keep while the hands work.
+
+    Feet are where they are felt, to a millimetre; centre of mass and pelvis where the law keeps them above such feet,
+    because a loaded hand moves them.
+    """
+    left, right = (snapped(foot) for foot in stance_of(arm.kinematics, arm.measured()).feet)
+    x, y, yaw = body_between((_planar(left), _planar(right)))
+    com = np.array([x, y, arm.body.com_height_m + (left.translation[2] + right.translation[2]) / 2])
+    c, s = math.cos(yaw), math.sin(yaw)
+    pelvis = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return arm.reference(), Stance((left, right), com, pelvis)
+
+
+def _planar(foot: Any) -> PlanarPose:
+    forward = foot.rotation[:, 0]
+    return float(foot.translation[0]), float(foot.translation[1]), math.atan2(forward[1], forward[0])
 
 
 def smooth(share: float) -> float:

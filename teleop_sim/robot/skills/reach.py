@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.chain_ik import Stance, two_stage
-from teleop_sim.robot.circle_table import CircleTable, circle_of, circle_table
+from teleop_sim.robot.chain_ik import two_stage
+from teleop_sim.robot.circle_table import CircleTable, circle_of
 from teleop_sim.robot.commands import Reach
 from teleop_sim.robot.skill import Done, Motion
 from teleop_sim.robot.skills.manipulate import (
@@ -21,6 +21,7 @@ from teleop_sim.robot.skills.manipulate import (
     plan_stance,
     rest_posture,
     straight_path,
+    table_of,
 )
 
 LIFT_M = 0.1
@@ -48,12 +49,10 @@ class ReachReport:
 def reach(body: Body, command: Reach, rng: np.random.Generator) -> Motion:
     """Reach a handle. Ends ``reached`` or ``no_plan``; data: ``ReachReport`` (None if nothing moved)."""
     arm = arm_of(body, command.side)
-    q, stance = plan_stance(arm)
-    rest = rest_posture(arm, q)
-    table = circle_table(arm.kinematics, command.side, stance, rest, q, command.affordance, rng)
+    table = table_of(arm, command.affordance)
     if not table.usable:
         return Done("no_plan", _refusal(table))
-    path, lifted_error_m = _descent(arm, stance, rest, table, command)
+    path, lifted_error_m = _descent(arm, table, command)
     if lifted_error_m > REFUSE_LIFTED_M:
         return Done("no_plan", f"the hand stays {lifted_error_m * 1e3:.0f} mm off the place over the handle")
     jaws = arm.jaws(JAW_OPEN)
@@ -70,10 +69,10 @@ def _refusal(table: CircleTable) -> str:
     return f"the handle's circle is out of reach: {off_mm:.0f} mm, {tilt_deg:.0f} degrees off"
 
 
-def _descent(
-    arm: Arm, stance: Stance, rest: np.ndarray, table: CircleTable, command: Reach
-) -> tuple[np.ndarray, float]:
+def _descent(arm: Arm, table: CircleTable, command: Reach) -> tuple[np.ndarray, float]:
     """Upper-body postures from the lifted place down to the table's own posture, and the lifted hand's error [m]."""
+    _, stance = plan_stance(arm)
+    rest = rest_posture(arm, stance)
     solver = dict(two_stage(arm.kinematics, arm.side, stance, rest))[table.stage]
     target = circle_of(command.affordance).place(command.affordance.angle_rad)
     bottom = solver.solve(table.at(command.affordance.angle_rad), target, 12)
