@@ -3,9 +3,9 @@
 python benchmarks/crank_study.py [--robots atlas,valkyrie] [--trials 30] [--jobs 2] [--sweep error,floor,handle]
 
 Without ``--sweep``: exact perception. A trial counts as done if the wheel has been turned three times within 10
-degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing but soles and bars ever
-touched anything. A grip that is lost or not felt is let go and tried again after a new look, up to ``TRIES`` grips in all. Each
-look places the handle wrong by a normal error of ``error_m`` in each direction, the same in all of that try.
+degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing but soles and bars
+ever touched anything. A grip that is lost or not felt is let go and tried again after a new look, up to ``TRIES``
+grips in all. Each look places the handle wrong by a normal error of ``error_m`` in each direction.
 """
 
 from __future__ import annotations

@@ -222,7 +222,7 @@ def zmp_shifts(arm: Arm, table: CircleTable, circle: Circle) -> np.ndarray:
     """How far the ZMP must move for each newton of push, (rows, 2) [m/N], so that the centre of mass stays.
 
     Moments about the ZMP p of a robot at rest, with the hand's force F on the world at r and the centre of mass at c:
-    (c - p) x (-m g) + (r - p) x (-F) = 0, so p - c = -(h F_xy - (r - c)_xy F_z) / (m g), h the hand's height over ground.
+    (c - p) x (-m g) + (r - p) x (-F) = 0, so p - c = -(h F_xy - (r - c)_xy F_z) / (m g), h the hand's height.
     """
     angles = 2 * math.pi * np.arange(len(table.q)) / len(table.q)
     force = np.array([circle.direction(angle) for angle in angles])
