@@ -234,10 +234,10 @@ class Lattice:
         return np.stack([x + c * u[:, None] - s * v, y + s * u[:, None] + c * v], axis=-1).reshape(-1, 2)
 
 
-def lattice(start: PlanarPose, goal: PlanarPose, cell_m: float) -> Lattice:
-    """A lattice that holds start and goal with 1.5 m to spare."""
+def lattice(start: PlanarPose, goal: PlanarPose, cell_m: float, margin_m: float = MARGIN_M) -> Lattice:
+    """A lattice that holds start and goal with a margin to spare."""
     dx, dy, c, s = start[0] - goal[0], start[1] - goal[1], math.cos(goal[2]), math.sin(goal[2])
-    spare = math.ceil(MARGIN_M / cell_m)
+    spare = math.ceil(margin_m / cell_m)
     sides = []
     for along in ((c * dx + s * dy) / cell_m, (c * dy - s * dx) / cell_m):
         low, high = min(0, math.floor(along)) - spare, max(0, math.ceil(along)) + spare
@@ -290,6 +290,7 @@ def plan_footsteps(
     clearance_m: float = 0.05,
     budget: int = BUDGET,
     weights: tuple[float, ...] = WEIGHTS,
+    margin_m: float = MARGIN_M,
 ) -> FootPlan:
     """Plan footsteps.
 
@@ -297,9 +298,10 @@ def plan_footsteps(
         seen: what is known of the ground. start: middle of both feet now, side by side. goal: where it shall be.
         gait: limits of a step. outline: room that the robot needs. clearance_m: kept beyond it.
         budget: of expansions. weights: of the guess; the last should be 0, for the bound.
+        margin_m: no way leads further beyond start and goal.
     """
     steps = moves(gait)
-    where = lattice(start, goal, steps.cell_m)
+    where = lattice(start, goal, steps.cell_m, margin_m)
     masks = blocked(seen, where, outline, clearance_m)
     if masks.legs[where.origin]:
         return FootPlan((), (), math.inf, math.inf, 0, "goal blocked")

@@ -126,9 +126,9 @@ def _pass_beams(
         dx, dy = points[p, 0] - origin[0], points[p, 1] - origin[1]
         drop, level = origin[2] - z, np.sqrt(dx * dx + dy * dy)
         share = min(1.0, (CLEAR_UNDER_M - z) / drop) if drop > 1e-9 else 1.0
-        # From the end backwards, a cell at a time, until the beam is high.
-        for k in range(1, int(share * level / cell_m) + 1):
-            u = 1.0 - k * cell_m / level
+        # From the end backwards, half a cell at a time, until the beam is high.
+        for k in range(2, int(2.0 * share * level / cell_m) + 1):
+            u = 1.0 - 0.5 * k * cell_m / level
             i = int(np.floor((origin[0] + u * dx - x_m) / cell_m))
             j = int(np.floor((origin[1] + u * dy - y_m) / cell_m))
             if 0 <= i < count and 0 <= j < count:
