@@ -29,8 +29,7 @@ TASK_LIMIT = 0.3
 LIMIT_MARGIN_RAD = 0.03
 LIMIT_STOP_RAD = 0.005
 POSTURE_PULL = 1e-4
-TORSO_PULL = 1e-3
-"""The torso carries ten times the arm's mass (Valkyrie's own table of link masses), so it is held ten times as hard."""
+"""Of an arm's joint towards its rest; the torso is held as much harder as it is heavier than an arm (WPI, Table I)."""
 LIMIT_PULL = 30.0
 TASK_WEIGHT = 10.0
 GAP_WEIGHT = 3.0
@@ -112,7 +111,9 @@ class ChainIk:
         self.rates = self.chain - 1
         self.base = np.concatenate([np.arange(6), kinematics.positions(kinematics.legs) - 1])
         self.rest = rest[self.chain]
-        self.pull = np.array([TORSO_PULL if name in kinematics.torso else POSTURE_PULL for name in names])
+        self.pull = POSTURE_PULL * np.array(
+            [kinematics.torso_per_arm if name in kinematics.torso else 1.0 for name in names]
+        )
         self.lower = kinematics.lower[self.chain - 7]
         self.upper = kinematics.upper[self.chain - 7]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
@@ -17,6 +18,10 @@ ARM_POSITION_M, ARM_AXIS_RAD = 0.005, 0.1
 """Residuals with which the arm alone is good enough (assumed)."""
 REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
 """Residuals above which there is no plan: measured to be what the cage still holds."""
+
+GIVE_UP: Final = {"arm": (0.025, 1), "chain": (0.06, 6)}
+"""By stage: residual [m] beyond which the way round ends, five times what would be refused; new starts of a search
+(assumed: where the arm alone is not enough, the chain is asked soon)."""
 
 RESTARTS_SEED = 0
 """Starts of a search that failed are drawn, but always the same: a table is a function."""
@@ -120,12 +125,13 @@ def circle_table(
     A function of its arguments, but not of the affordance's angle: the search goes from ``rest`` to the handle's place
     nearest the robot, and from there round. See ``CircleTable.usable``.
     """
-    tables = []
+    tables: list[CircleTable] = []
     circle, rng = circle_of(affordance), np.random.default_rng(RESTARTS_SEED)
     middle = (stance.feet[0].translation + stance.feet[1].translation) / 2
     first = round(circle.angle_of(middle) / (2 * np.pi) * points) % points
     for stage, solver in two_stage(kinematics, side, stance, rest):
-        table = _go_round(solver, stage, rest, circle, first, rng, points)
+        start = tables[-1].q[first] if tables else rest
+        table = _go_round(solver, stage, start, circle, first, rng, points)
         if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
             return table
         tables.append(table)
@@ -143,14 +149,15 @@ def _go_round(
 ) -> CircleTable:
     """Solve from row to row until the next row is the one found a lap before, or a row cannot be reached at all."""
     targets = [circle.place(2 * np.pi * k / points) for k in range(points)]
-    found: dict[int, Solution] = {first: search(solver, start, targets[first], rng)}
+    give_up_m, restarts = GIVE_UP[stage]
+    found: dict[int, Solution] = {first: search(solver, start, targets[first], rng, restarts)}
     q = found[first].q
     for lap_step in range(1, 2 * points + 1):
         k = (first + lap_step) % points
         solution = solver.solve(q, targets[k], 12)
         known = found.get(k)
         found[k], q = solution, solution.q
-        if solution.position_error_m > 5 * REFUSE_POSITION_M:
+        if solution.position_error_m > give_up_m:
             break
         if known is not None and np.abs(known.q - solution.q).max() < 2e-3:
             break

@@ -42,10 +42,12 @@ class Kinematics:
         lower, upper: their limits [rad].
         soles: frame numbers of left and right sole (origin under the sole box's middle).
         tools: frame numbers of the hands' tool frames, by side.
+        carriers: joint number by link.
         torso, legs: joint names. arms: joint names by side, from the shoulder out.
         trunk, trunk_joint: the box on the last torso joint's link.
         limbs: capsules of each arm, that plans keep off the trunk.
         mass_kg: of the robot with its hands.
+        torso_per_arm: mass of the torso over that of one arm with its hand.
 
     """
 
@@ -56,6 +58,7 @@ class Kinematics:
     upper: np.ndarray
     soles: tuple[int, int]
     tools: dict[Side, int]
+    carriers: dict[str, int]
     torso: tuple[str, ...]
     legs: tuple[str, ...]
     arms: dict[Side, tuple[str, ...]]
@@ -63,6 +66,7 @@ class Kinematics:
     trunk_joint: int
     limbs: dict[Side, tuple[Limb, ...]]
     mass_kg: float
+    torso_per_arm: float
 
     def positions(self, names: Sequence[str]) -> np.ndarray:
         """Places of these joints in ``q``; one less is their place in a velocity."""
@@ -119,14 +123,16 @@ def build(spec: RobotSpec) -> Kinematics:
     feet = (description.sole.left, description.sole.right)
     soles = [_add_sole(model, carriers[foot], description, foot) for foot in feet]
     tools = {side: _add_hand(model, carriers[m.palm], m) for side in SIDES for m in spec.model.hands if m.side == side}
+    data = model.createData()
     return Kinematics(
         model=model,
-        data=model.createData(),
+        data=data,
         joint_names=tuple(model.names)[2:],
         lower=model.lowerPositionLimit[7:].copy(),
         upper=model.upperPositionLimit[7:].copy(),
         soles=(soles[0], soles[1]),
         tools=tools,
+        carriers=carriers,
         torso=spec.torso,
         legs=(*spec.legs[0], *spec.legs[1]),
         arms={side: spec.arms[side] for side in SIDES},
@@ -134,6 +140,7 @@ def build(spec: RobotSpec) -> Kinematics:
         trunk_joint=int(model.getJointId(spec.torso[-1])),
         limbs={side: _limbs(carriers, side, spec.model) for side in SIDES},
         mass_kg=float(pin.computeTotalMass(model)),
+        torso_per_arm=_torso_per_arm(model, spec),
     )
 
 
@@ -147,6 +154,19 @@ def _limbs(carriers: dict[str, int], side: Side, model: RobotModel) -> tuple[Lim
     capsules = [shape for shape in model.shapes if shape.part == f"{side}_arm" and shape.kind == "capsule"]
     ends = [(carriers[shape.link], np.array(shape.a_m), np.array(shape.b_m), shape.radius_m) for shape in capsules]
     return tuple(Limb(joint, np.array([a, (a + b) / 2, b]), radius_m) for joint, a, b, radius_m in ends)
+
+
+def _torso_per_arm(model: Any, spec: RobotSpec) -> float:
+    """Masses as Table I of the WPI paper counts them: arms with hands, legs, head, and the torso is the rest."""
+    data = model.createData()
+    pin.computeSubtreeMasses(model, data)
+
+    def carried_kg(joint: str) -> float:
+        return float(data.mass[model.getJointId(joint)])
+
+    arms_kg = [carried_kg(spec.arms[side][0]) for side in SIDES]
+    others_kg = sum(carried_kg(leg[0]) for leg in spec.legs) + (carried_kg(spec.neck[0]) if spec.neck else 0.0)
+    return (float(data.mass[0]) - sum(arms_kg) - others_kg) / arms_kg[0]
 
 
 def _add_joint(model: Any, parent: int, joint: Joint) -> int:

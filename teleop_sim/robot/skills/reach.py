@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.chain_ik import two_stage
+from teleop_sim.robot.chain_ik import ChainIk, two_stage
 from teleop_sim.robot.circle_table import CircleTable, circle_of
 from teleop_sim.robot.commands import Reach
 from teleop_sim.robot.skill import Done, Motion
@@ -15,13 +15,13 @@ from teleop_sim.robot.skills.manipulate import (
     JAW_OPEN,
     Arm,
     arm_of,
-    blend,
     follow_path,
     hold,
     plan_stance,
     rest_posture,
     straight_path,
     table_of,
+    way_there,
 )
 
 LIFT_M = 0.1
@@ -52,13 +52,16 @@ def reach(body: Body, command: Reach, rng: np.random.Generator) -> Motion:
     table = table_of(arm, command.affordance)
     if not table.usable:
         return Done("no_plan", _refusal(table))
-    path, lifted_error_m = _descent(arm, table, command)
+    solver, path, lifted_error_m = _descent(arm, table, command)
     if lifted_error_m > REFUSE_LIFTED_M:
         return Done("no_plan", f"the hand stays {lifted_error_m * 1e3:.0f} mm off the place over the handle")
+    way = way_there(arm, solver, path[0], command.affordance)
+    if way.touches is not None:
+        return Done("no_plan", "no way to the handle: {} would touch {}".format(*way.touches))
     jaws = arm.jaws(JAW_OPEN)
-    yield from blend(arm, path[0], jaws, least_s=1.5)
+    yield from follow_path(arm, way.q[:, arm.upper], 1.5, jaws)
     yield from hold(arm, SETTLE_S, jaws)
-    yield from follow_path(arm, path[1:], DESCENT_S, jaws)
+    yield from follow_path(arm, path[1:, arm.upper], DESCENT_S, jaws)
     yield from hold(arm, SETTLE_S, jaws)
     report = _judge(arm, table, command)
     return Done("reached", f"hand {report.position_error_m * 1e3:.0f} mm off, {table.stage} joints", report)
@@ -69,15 +72,15 @@ def _refusal(table: CircleTable) -> str:
     return f"the handle's circle is out of reach: {off_mm:.0f} mm, {tilt_deg:.0f} degrees off"
 
 
-def _descent(arm: Arm, table: CircleTable, command: Reach) -> tuple[np.ndarray, float]:
-    """Upper-body postures from the lifted place down to the table's own posture, and the lifted hand's error [m]."""
+def _descent(arm: Arm, table: CircleTable, command: Reach) -> tuple[ChainIk, np.ndarray, float]:
+    """Solver, configurations from the lifted place down to the table's own posture, the lifted hand's error [m]."""
     _, stance = plan_stance(arm)
     rest = rest_posture(arm, stance)
     solver = dict(two_stage(arm.kinematics, arm.side, stance, rest))[table.stage]
     target = circle_of(command.affordance).place(command.affordance.angle_rad)
     bottom = solver.solve(table.at(command.affordance.angle_rad), target, 12)
     path, lifted = straight_path(solver, bottom.q, target, -LIFT_M * target.approach, rows=9)
-    return path[::-1, arm.upper], lifted.position_error_m
+    return solver, path[::-1], lifted.position_error_m
 
 
 def _judge(arm: Arm, table: CircleTable, command: Reach) -> ReachReport:

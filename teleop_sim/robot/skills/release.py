@@ -11,14 +11,13 @@ from teleop_sim.robot.skill import Done, Motion
 from teleop_sim.robot.skills.manipulate import (
     JAW_OPEN,
     arm_of,
-    blend,
     follow_path,
     hold,
-    home,
     move_jaws,
     plan_stance,
     solve_two_stage,
     straight_path,
+    way_home,
 )
 
 BACK_M = 0.12
@@ -42,7 +41,9 @@ def release(body: Body, command: Release, rng: np.random.Generator) -> Motion:
     start = Target(position, rotation[:, 2])
     solution, solver = solve_two_stage(arm, stance, q, q, start)
     path, _ = straight_path(solver, solution.q, start, BACK_M * np.array(command.affordance.axis), rows=9)
+    way = way_home(arm, solver, path[-1], command.affordance)
     yield from follow_path(arm, path[:, arm.upper], BACK_S, jaws)
-    yield from blend(arm, home(arm), jaws, least_s=1.5)
+    yield from follow_path(arm, way.q[:, arm.upper], 1.5, jaws)
     yield from hold(arm, SETTLE_S, jaws)
-    return Done("released", "hand open, arm home")
+    touched = "" if way.touches is None else ", though {} was to touch {}".format(*way.touches)
+    return Done("released", f"hand open, arm home{touched}")
