@@ -107,3 +107,13 @@ def test_stops_at_other_times_change_no_byte(tmp_path):
         assert made == remembered == stopped(name, 0.51, tmp_path, None), name
         ended = [r for r in load(tmp_path / "stopped.mcap").records() if isinstance(r, EpisodeEnded)]
         assert "walk" in {r.skill for r in ended}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cell", CELLS)
+def test_whole_missions_have_the_same_bytes(cell, tmp_path):
+    whole = {"time_limit_s": 1800.0}
+    memo = Memo()
+    log_of({"autonomy": "full"} | whole, tmp_path, memo)
+    assert log_of(CELLS[cell] | whole, tmp_path, memo) == log_of(CELLS[cell] | whole, tmp_path, None)
+    assert memo.tally().episodes_found > 0
