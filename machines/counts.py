@@ -66,6 +66,10 @@ class Variables:
             return "manual"
         return "auto" if self.failures.get(state, 0) else "normal"
 
+    def is_manual(self, state: str) -> bool:
+        """Does the state wait for a person?"""
+        return state in self._manual
+
     def renew(self, machine: Machine) -> None:
         """Go on with a changed machine: what is gone is forgotten, what is new begins at zero."""
         self.machine = machine

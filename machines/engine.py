@@ -44,6 +44,12 @@ class Engine:
         self.configuration = move.configuration
         return move
 
+    def again(self, container: int) -> Move:
+        """Enter a container anew that has ended inside."""
+        move = self.net.again(self.configuration, container)
+        self.configuration = move.configuration
+        return move
+
     def signal(self, path: str, signal: str) -> tuple[int, ...]:
         """Take what a program's signal leads to, with all container outcomes that pass then; numbers of the edges taken.
 

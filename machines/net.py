@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
-from teleop_sim.machines.elements import INHERIT, PARKED, Concurrence, Edge, Element, Group, State
+from teleop_sim.machines.elements import PARKED, Concurrence, Edge, Element, Group, State
 
 TOP = 0
 _MEMO_MOST = 65536
@@ -95,6 +96,11 @@ class Net:
     # Moves are pure: remembering them changes nothing but the time.
     _moves: dict[tuple[Configuration, int], Move] = field(default_factory=dict, repr=False, compare=False)
 
+    @cached_property
+    def has_priority(self) -> bool:
+        """Is any container one of priority?"""
+        return any(isinstance(node.element, Group) and node.element.priority for node in self.nodes)
+
     def number(self, path: str, event: str) -> int | None:
         """Number of an edge; None if there is none."""
         return self.by_event.get((path, event))
@@ -124,13 +130,6 @@ class Net:
                 self._moves.clear()
             found = self._moves[configuration, edge] = self._move(configuration, edge)
         return found
-
-    def follow(self, configuration: Configuration, edge: int) -> Configuration:
-        """Take an edge and all inherited ones that it raises: what one message about a transition says."""
-        move = self.move(configuration, edge)
-        while move.raised >= 0 and self.edges[move.raised].threshold == INHERIT:
-            move = self.move(move.configuration, move.raised)
-        return move.configuration
 
     def again(self, configuration: Configuration, node: int) -> Move:
         """Enter a container anew that has ended inside."""
