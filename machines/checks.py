@@ -30,8 +30,8 @@ def refuse_bad(machine: Machine) -> None:
 def problems(machine: Machine) -> Iterator[Problem]:
     """Everything that is wrong.
 
-    Names and doubles, unknown targets, outcomes without a transition, thresholds, counters, states never reached or never
-    left, keys read before anything could have written them, parameters.
+    Names and doubles, unknown targets, outcomes without a transition, thresholds, counters, states never reached or
+    never left, keys read before anything could have written them, parameters.
     """
     yield from _ends(machine)
     at = f"machine {machine.name}"

@@ -13,7 +13,7 @@ from enum import IntEnum
 from typing import Literal
 
 INHERIT = -1
-"""Threshold of an outcome that always passes: a state that is still at work, or a container whose inside was guarded."""
+"""Threshold of an outcome that always passes: of a state still at work, or of a container whose inside was guarded."""
 
 FELL = "!fell"
 """What a program returns when the robot is down: nothing can be done any more."""
@@ -70,8 +70,8 @@ class Edge:
     Attributes:
         state: that the outcome belongs to: a name within its container; in ``Machine.table`` a path.
         event: name of the outcome; the link calls it by the edge's place in the table.
-        next_state: a sibling, an outcome of the container, or ``PARKED`` in a concurrence. In ``Machine.table`` the path
-            of the sibling, the path of the container that is left, or the outcome of the whole machine.
+        next_state: a sibling, an outcome of the container, or ``PARKED`` in a concurrence. In ``Machine.table`` the
+            path of the sibling, the path of the container that is left, or the outcome of the whole machine.
         threshold: -1 (inherit) to 3; see ``passes``.
         kind: ``done`` (the state's action succeeded, b of D), ``retry`` or ``failed`` (it did not: c of D grows),
             ``executing`` (still at work) or ``command`` (a person's wish).
@@ -210,8 +210,8 @@ class Concurrence:
     """A state with states inside that are all active at once.
 
     A child that has come to an outcome is *parked*. ``finish`` says when the whole ends: ``all`` when all children are
-    parked, ``any`` when the first is, ``map`` as soon as a rule holds or all are parked. It ends with the outcome of the
-    first rule that holds, or with ``default``. Children that are still at work are brought to rest.
+    parked, ``any`` when the first is, ``map`` as soon as a rule holds or all are parked. It ends with the outcome of
+    the first rule that holds, or with ``default``. Children that are still at work are brought to rest.
 
     Attributes:
         name: unique among its siblings.

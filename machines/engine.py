@@ -51,7 +51,7 @@ class Engine:
         return move
 
     def signal(self, path: str, signal: str) -> tuple[int, ...]:
-        """Take what a program's signal leads to, with all container outcomes that pass then; numbers of the edges taken.
+        """Take what a program's signal leads to, with all container outcomes that pass then; the edges' numbers.
 
         Empty if the outcome is only suggested at this level.
         """

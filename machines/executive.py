@@ -91,7 +91,7 @@ class Executive(Running):
         found = next((p for p in self._on_path() if path in ("", p) and self.machine.has_edge(p, event)), None)
         if found is None:
             self._ignore(name, f"not declared for {self.state}")
-        elif (why := self._refusal(found, event)) is None:
+        elif (why := self._holds.refusal(found, event)) is None:
             self._force(found, event, name)
         else:
             self._ignore(name, why)
@@ -101,7 +101,7 @@ class Executive(Running):
         visit = self._visits.get(path)
         if visit is None or visit.state is None or not self.running:
             self._ignore(f"take over {path}", f"not at work: the machine is in {self.state}")
-        elif (why := self._refusal(path)) is not None or visit.answer is not None or visit.over:
+        elif (why := self._holds.refusal(path)) is not None or visit.answer is not None or visit.over:
             self._ignore(f"take over {path}", why or "already decided")
         elif visit.pending is not None and visit.pending.kind in ("act", "manual"):
             self._ignore(f"take over {path}", "already in the operator's hands")
@@ -119,40 +119,42 @@ class Executive(Running):
         self._engine.level = level
         self._release(0, f"level {level}", "level", "")
         self._voice.level(level)
-        self._release_suspended()
+        self._holds.release()
 
     # Holding
 
     def lock(self, path: str) -> None:
         """No outcome of this state or container is taken until it is unlocked."""
-        if self._known(path, "lock") and self._changes(path not in self.locks, f"lock {path}", "is locked already"):
-            self.locks |= {path}
+        if self._known(path, "lock") and self._changes(
+            path not in self._holds.locks, f"lock {path}", "is locked already"
+        ):
+            self._holds.locks |= {path}
             self._release(0, f"lock {path}", "locked", "")
             self._voice.locked(self._engine.net.by_path[path], True)
 
     def unlock(self, path: str) -> None:
         """End a lock; what was held up is guarded anew."""
-        if self._known(path, "unlock") and self._changes(path in self.locks, f"unlock {path}", "is not locked"):
-            self.locks -= {path}
+        if self._known(path, "unlock") and self._changes(path in self._holds.locks, f"unlock {path}", "is not locked"):
+            self._holds.locks -= {path}
             self._release(0, f"unlock {path}", "unlocked", "")
             self._voice.locked(self._engine.net.by_path[path], False)
-            self._release_suspended()
+            self._holds.release()
 
     def pause(self) -> None:
         """Bring the robot to rest; nothing works and nothing passes until ``resume``."""
-        if self._changes(not self.is_paused, "pause", "is paused already"):
-            self.is_paused = True
+        if self._changes(not self._holds.paused, "pause", "is paused already"):
+            self._holds.paused = True
             self._release(0, "pause", "paused", "")
             self._voice.paused(True)
-            self._suspend()
+            self._holds.suspend()
 
     def resume(self) -> None:
         """Go on: interrupted states begin anew, held outcomes are guarded anew."""
-        if self._changes(self.is_paused, "resume", "is not paused"):
-            self.is_paused = False
+        if self._changes(self._holds.paused, "resume", "is not paused"):
+            self._holds.paused = False
             self._release(0, "resume", "resumed", "")
             self._voice.paused(False)
-            self._release_suspended()
+            self._holds.release()
 
     # Ends
 
@@ -183,8 +185,8 @@ class Executive(Running):
             self._engine.configuration,
             self.level,
             self.mode,
-            self.is_paused,
-            tuple(sorted(number[path] for path in self.locks)),
+            self._holds.paused,
+            tuple(sorted(number[path] for path in self._holds.locks)),
             tuple(asked),
         )
 
@@ -212,12 +214,12 @@ class Executive(Running):
         self._renew(changed)
         self._release(0, "modify", "modified", f"{changed.checksum:08x}")
         self._voice.snapshot()
-        self._release_suspended()
+        self._holds.release()
 
     def _renew(self, changed: Machine) -> None:
         self._engine.renew(changed)
         self._keys.renew(changed)
-        self.locks = frozenset(path for path in self.locks if path in changed.net.by_path)
+        self._holds.locks = frozenset(path for path in self._holds.locks if path in changed.net.by_path)
         for visit in self._visits.values():
             visit.node = changed.net.by_path[visit.path]
             visit.state = None if visit.state is None else changed.leaf(visit.path)
@@ -240,28 +242,12 @@ class Executive(Running):
         """The visit whose request this is, if it may be answered now; if not, say so in the log."""
         for visit in self._visits.values():
             if visit.pending is not None and visit.pending.request == request and visit.answer is None:
-                why = self._refusal(visit.path, visit.pending.event)
+                why = self._holds.refusal(visit.path, visit.pending.event)
                 if why is not None:
                     self._ignore(f"{command} {request}", why)
                     return None
                 return visit
         self._ignore(f"{command} {request}", "no such request is open")
-        return None
-
-    def _refusal(self, path: str, event: str = "") -> str | None:
-        """Why nothing may be done to a state now; None if it may. Without an event: a lock on the state itself."""
-        net = self._engine.net
-        node = net.by_path[path]
-        if self.is_paused:
-            return "the machine is paused"
-        if event:
-            locked = self._lock_on(self.machine.edge_index(path, event))
-        else:
-            locked = path if path in self.locks else None
-        if locked is not None:
-            return f"{locked} is locked"
-        if any(not net.inside(node, p) and not net.inside(p, node) for p in self._priorities()):
-            return "suspended by a container of priority"
         return None
 
     def _on_path(self) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Keys of a running machine: one scope for each active container, filled when it is entered, written out when it ends."""
+"""Keys of a running machine: one scope for each active container, filled when entered, written out when it ends."""
 
 from __future__ import annotations
 

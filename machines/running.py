@@ -1,4 +1,4 @@
-"""The processes of a running machine: one for each active state. What operators may do to them is in ``executive.py``."""
+"""The processes of a running machine, one for each active state; what operators may do is in ``executive.py``."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import simpy
 from teleop_sim.core.records import Emit, ModeChanged, Requested, TransitionTaken
 from teleop_sim.machines.counts import Variables
 from teleop_sim.machines.declare import FELL, Edge, Machine
-from teleop_sim.machines.elements import Group, State
+from teleop_sim.machines.elements import State
 from teleop_sim.machines.engine import MODES, Engine
+from teleop_sim.machines.holds import Holds
 from teleop_sim.machines.keys import Keys
 from teleop_sim.machines.visits import Answer, Outcome, Pending, Signal, Start, Visit
 from teleop_sim.machines.voice import Voice
@@ -54,8 +55,8 @@ class Running:
         self._gave_up = ""
         self._ended = env.event()
         self.mode, self.round_trips = "normal", 0
-        self.running = self.is_paused = False
-        self.locks: frozenset[str] = frozenset()
+        self._holds = Holds(self._engine, self._visits)
+        self.running = False
 
     @property
     def machine(self) -> Machine:
@@ -111,7 +112,7 @@ class Running:
         for number in states:
             node = self._engine.net.nodes[number]
             self._begin(number, node.element if isinstance(node.element, State) else None)
-        self._suspend()
+        self._holds.suspend()
 
     def _begin(self, number: int, state: State | None, raised: str = "") -> None:
         path = self._engine.net.nodes[number].path
@@ -134,7 +135,7 @@ class Running:
             del self._visits[visit.path]
 
     def _attempt(self, visit: Visit) -> WaitFor:
-        yield from self._until_free(visit)
+        yield from self._holds.until_free(visit)
         state = visit.state
         if visit.over:
             return None
@@ -171,7 +172,8 @@ class Running:
         return (yield from self._guard(visit, Outcome(visit.path, edge.event, "autonomous", ended.signal, ended.note)))
 
     def _bring_to_rest(self, visit: Visit) -> Wait:
-        assert visit.program is not None and visit.answer is not None
+        assert visit.program is not None
+        assert visit.answer is not None
         if visit.pending is not None:
             self._close(visit)
         if visit.program.is_alive:
@@ -234,12 +236,12 @@ class Running:
 
     def _hold(self, visit: Visit, outcome: Outcome) -> WaitFor:
         """Wait while the state is locked or nothing may pass; then the guard decides anew."""
-        while not visit.over and self._blocked(visit, outcome):
+        while not visit.over and self._holds.blocked(visit, outcome):
             visit.held = outcome
             visit.called = self._env.event()
             yield visit.called
             visit.held, visit.answer = None, visit.answer if visit.over else None
-            if outcome.how == "autonomous" and not visit.over and not self._blocked(visit, outcome):
+            if outcome.how == "autonomous" and not visit.over and not self._holds.blocked(visit, outcome):
                 found = yield from self._guard(visit, outcome, "decide" if _decides(visit) else "confirm")
                 if found is None:
                     return None
@@ -295,7 +297,7 @@ class Running:
             raised = engine.net.edges[move.raised]
             self._begin(engine.net.source[move.raised], None, raised.event)
         self._enter(move.entered)
-        self._release_suspended()
+        self._holds.release()
 
     # Requests
 
@@ -320,61 +322,6 @@ class Running:
         request, visit.pending = visit.pending.request, None
         self._data.pop(request, None)
         self._voice.withdrawn(request)
-
-    # What holds up
-
-    def _blocked(self, visit: Visit, outcome: Outcome) -> bool:
-        return self.is_paused or self._suspended(visit) or self._lock_on(self._number(outcome)) is not None
-
-    def _lock_on(self, edge: int) -> str | None:
-        """A lock on the state whose outcome it is, or on something else that is left with it; None: no lock."""
-        net, before = self._engine.net, self._engine.configuration
-        after = net.move(before, edge).configuration if self.locks else before
-        for path in sorted(self.locks):
-            node = net.by_path[path]
-            if node == net.source[edge] or (net.on_path(before, node) and not net.on_path(after, node)):
-                return path
-        return None
-
-    def _suspended(self, visit: Visit) -> bool:
-        """Is a priority container active that the state is not in?"""
-        net = self._engine.net
-        return any(not net.inside(visit.node, p) for p in self._priorities())
-
-    def _priorities(self) -> set[int]:
-        net = self._engine.net
-        if not net.has_priority:
-            return set()
-        around = (c for n in self._engine.configuration.active for c in (n, *net.containers(n)))
-        return {c for c in around if isinstance(e := net.nodes[c].element, Group) and e.priority}
-
-    def _until_free(self, visit: Visit) -> Wait:
-        while not visit.over and (self.is_paused or self._suspended(visit)):
-            visit.called = self._env.event()
-            yield visit.called
-            visit.answer = visit.answer if visit.over else None
-        # What this state suspends must be at rest before it may move.
-        while not visit.over and (busy := [v.program for v in self._visits.values() if v.busy and self._suspended(v)]):
-            yield simpy.AllOf(self._env, [p for p in busy if p is not None])
-
-    def _suspend(self) -> None:
-        """Bring programs to rest that may not work any more."""
-        for visit in tuple(self._visits.values()):
-            if visit.busy and (self.is_paused or self._suspended(visit)):
-                visit.wake(Answer("suspended", note="suspended"))
-
-    def _release_suspended(self) -> None:
-        """Wake what was held up and may go on; let suggestions pass that the level lets pass now."""
-        for visit in tuple(self._visits.values()):
-            if self.is_paused or self._suspended(visit):
-                continue
-            pending = visit.pending
-            if pending is None and not visit.busy and visit.answer is None and not visit.called.triggered:
-                visit.called.succeed()
-            elif pending is not None and pending.event and visit.answer is None:
-                outcome = Outcome(pending.path, pending.event, "autonomous")
-                if self._edge(outcome).passes(self.level) and not self._blocked(visit, outcome):
-                    visit.wake(Answer("autonomous"))
 
     # Ends
 
