@@ -26,11 +26,11 @@ IMAGES = MappingProxyType(
         "STATE_DETECT_SOCKET": 6,
     }
 )
-"""Images looked at in vain before the state's program signals once, val_task2.cpp; other programs signal each attempt."""
+"""Images looked at in vain before the state's program signals once; other programs signal each attempt."""
 
 UNLIMITED = MappingProxyType(
     {
-        "STATE_WALK_TO_ROVER": "its counter (6) is cleared on each retry, so that its way into manual mode is never taken",
+        "STATE_WALK_TO_ROVER": "its counter (6) is cleared on each retry: its way into manual mode is never taken",
         "STATE_PICK_SOLAR_PANEL": "an empty hand redetects the panel without limit",
     }
 )
@@ -38,10 +38,10 @@ UNLIMITED = MappingProxyType(
 
 DIFFERS = MappingProxyType(
     {
-        "STATE_GRASP_SOLAR_PANEL": "the 20th attempt in vain gives up at once; WPI's redetects once more and gives up then."
-        " WPI's counter also counts attempts that succeed",
-        "STATE_DEPLOY_SOLAR_PANEL": "five rounds of nine presses, 45; read to the letter, the program presses a sixth round",
-        "STATE_DETECT_ROVER": "a rover whose side is not known is retried without counting; here that is not told apart",
+        "STATE_GRASP_SOLAR_PANEL": "the 20th attempt in vain gives up at once; WPI's program redetects first."
+        " Its counter also counts attempts that succeed",
+        "STATE_DEPLOY_SOLAR_PANEL": "five rounds of nine presses, 45; to the letter, the program has a sixth",
+        "STATE_DETECT_ROVER": "a rover whose side is not known is retried uncounted; here it counts",
     }
 )
 """Where the declared counters are not to the letter those of the program."""
@@ -55,7 +55,7 @@ MENDINGS = (
     ),
     Mending(
         "STATE_SKIP_TO_CP_1",
-        "it has no transition; all other states but END have this one",
+        "it has no transition; the states that work have this one",
         ("STATE_SKIP_TO_CP_1: no way out",),
         add=Edge(
             "STATE_SKIP_TO_CP_1",
