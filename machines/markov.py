@@ -5,9 +5,9 @@ With Q the chances of going from one transient situation to another, N = (I - Q)
 sums over N give every figure here (Kemeny and Snell, Finite Markov Chains, 1960, chapter III, theorems 3.2.1 to 3.3.7;
 second moments by conditioning on the first step). It is solved sparsely, N itself is not made.
 
-Counters make the situations many. Those with the likeliest way to them are followed; what then flows out of the part that
-is followed is bounded, not guessed: from there on every figure lies between the ``extremes`` over whatever the counters
-may do. So each figure is an interval, whose ends are equal where everything was followed.
+Counters make the situations many. Those with the likeliest way to them are followed; what then flows out of the part
+that is followed is bounded, not guessed: from there on every figure lies between the ``extremes`` over whatever the
+counters may do. So each figure is an interval, whose ends are equal where everything was followed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from teleop_sim.machines.chain import Chain, Outline, Step, expand, outline
+from teleop_sim.machines.chain import Chain, Outline, expand, outline
 from teleop_sim.machines.chances import Chances, refuse_bad_chances
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.engine import check_level
@@ -159,18 +159,16 @@ class _Reader:
 
     def forecast(self) -> Forecast:
         nodes = {n.path: n.number for n in self.machine.net.nodes[1:]}
-        mean_s, completed = self.solution.mean_s, self.figure(lambda _, o: _completes(o.target))
-        completed_s = self.solution.completed_s
         return Forecast(
             machine=self.machine.name,
             level=self.level,
             situations=self.chain.followed,
             cut=float(self.solution.cut.sum()),
-            time_s=self.figure(lambda b, _: b.mean_s) if math.isfinite(mean_s) else Figure(math.inf, math.inf),
+            time_s=self.figure(lambda b, _: b.mean_s),
             sd_s=self.solution.sd_s,
             waits_s=self.figure(lambda b, _: b.mean_s if b.waits else 0.0),
-            completed=_chance(completed),
-            completed_s=completed_s,
+            completed=_chance(self.figure(lambda _, o: _completes(o.target))),
+            completed_s=self.solution.completed_s,
             manual=self._manual(),
             ends=self._ends(),
             visits={path: self._visits(node) for path, node in nodes.items()},
@@ -178,9 +176,9 @@ class _Reader:
         )
 
     def figure(self, gain: Gain) -> Figure:
-        """Sum of a gain over all steps, with bounds for what was cut."""
+        """Sum of a gain over all steps, with bounds for what was cut; infinite if it is gained again and again."""
         gains = np.array([gain(s.branch, s.branch.options[0]) for s in self.chain.steps])
-        sure = float(self.solution.flow @ gains)
+        sure = float(self.solution.flow @ gains) if not gains[self.solution.lasts].any() else math.inf
         if not self.chain.cut:
             return Figure(sure, sure)
         low, high = (self._beyond(extremes(self.whole, gain, sign)) for sign in (-1, 1))
@@ -226,6 +224,3 @@ def _completes(target: object) -> float:
 
 def _ending(end: End) -> Callable[[Branch, Option], float]:
     return lambda _, o: float(o.target == end)
-
-
-__all__ = ["MOST_OUTLINE", "MOST_SITUATIONS", "Figure", "Forecast", "Step", "forecast"]

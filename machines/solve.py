@@ -51,10 +51,10 @@ class Solution:
         enters[inside] = self.lasting[self._a.target[inside]]
         return float(self.flow[enters].sum())
 
-    @property
-    def mean_s(self) -> float:
-        """Mean time of the ways that are followed."""
-        return float(self._means[0]) if not self.never else math.inf
+    @cached_property
+    def lasts(self) -> NDArray[np.bool_]:
+        """By step, whether it is taken again and again for ever."""
+        return np.asarray(self.lasting[self._a.source])
 
     @property
     def sd_s(self) -> float:
@@ -139,6 +139,7 @@ def _lasting(chain: Chain) -> NDArray[np.bool_]:
 
 def _stays(chain: Chain, a: _Arrays, lasting: NDArray[np.bool_], kept: NDArray[np.bool_]) -> Any:
     """I - Q over what is followed; what lasts for ever is left out, as if each visit there were the last."""
+    # Late: it takes a second to load, and no run needs it.
     from scipy.sparse import csc_array, eye_array
 
     n = chain.followed
@@ -154,7 +155,7 @@ def _forward(chain: Chain, a: _Arrays, lasting: NDArray[np.bool_], kept: NDArray
 
     begin = np.zeros(chain.followed)
     begin[0] = 1.0
-    found = splu(_stays(chain, a, lasting, kept)).solve(begin, trans="T")
+    found = np.asarray(splu(_stays(chain, a, lasting, kept).T.tocsc()).solve(begin), dtype=np.float64)
     return np.where(lasting, 0.0, found)
 
 
