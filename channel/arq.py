@@ -164,8 +164,9 @@ class SelectiveRepeat:
         timeout_s: from the first bit of a copy to its acknowledgement; ``None``: ``timeout_for`` of the message.
         tries: copies before giving up, at least 1; ``inf``: never (8 is assumed).
 
-    A number that is given up is announced by a skip frame of three bytes, repeated until it is acknowledged, so that
-    later messages get through. It knows no blackout: copies pile up in front of a dark link, and tries are used up.
+    A number that is given up is announced by a skip frame of three bytes, so that later messages get through. It is
+    repeated until it is acknowledged; after 64 copies it rests until there is a new message or acknowledgement. It
+    knows no blackout: copies pile up in front of a dark link, and tries are used up.
 
     Source: Bertsekas and Gallager, Data Networks, 2nd ed. (1992), section 2.4.3; the skip after RFC 3758.
 

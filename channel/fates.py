@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import simpy
 
@@ -36,8 +36,10 @@ class Fate:
         link_s: from that copy's offer to its arrival; if none arrived, to ``ended_s``.
         order_s: held by the receiver until all before it were there.
         text: what it meant, for readers; never sent.
+        packet: number, in its direction, of the packet in which it arrived; if it did not, of its last; -1: none.
 
-    The four waits add up to ``ended_s - offered_s``.
+    The four waits add up to ``ended_s - offered_s``. Of a message in several packets they are those of the part that
+    arrived last.
 
     """
 
@@ -54,6 +56,7 @@ class Fate:
     link_s: float
     order_s: float
     text: str
+    packet: int = -1
 
 
 Tell = Callable[[Fate], None]
@@ -61,14 +64,21 @@ Tell = Callable[[Fate], None]
 
 @dataclass(slots=True)
 class _Open:
-    """A message without a fate; ``on_way``: copies whose packets have not ended. A time is NaN before it comes."""
+    """A message without a fate; ``on_way``: copies whose packets have not ended. A time is NaN before it comes.
+
+    ``missing``: parts that have not arrived; ``firsts_s``: when the first copy of a part was offered. ``first_s``,
+    ``copy_s`` and ``packet`` are of the last copy's part, and once all have arrived of the part that came last.
+    """
 
     topic: str
     payload_bytes: int
     text: str
     offered_s: float
+    missing: set[int]
+    firsts_s: dict[int, float] = field(default_factory=dict)
     tries: int = 0
     on_way: int = 0
+    packet: int = -1
     first_s: float = math.nan
     copy_s: float = math.nan
     arrived_s: float = math.nan
@@ -90,6 +100,7 @@ class Book:
         offered: messages entered.
         delivered: messages that the other application got.
         gave_up: messages that it never will.
+        firsts: of each connection (by its name) the number of its first message, where a delivery has connections.
 
     """
 
@@ -100,36 +111,36 @@ class Book:
         self._tell = tell
         self._best_effort = best_effort
         self._open: dict[int, _Open] = {}
-        self._packets: dict[int, int] = {}
+        self._packets: dict[int, tuple[int, int]] = {}
+        self.firsts: dict[int, int] = {}
 
     @property
     def in_flight(self) -> int:
         """Messages without a fate."""
         return len(self._open)
 
-    def enter(self, topic: str, payload_bytes: int, text: str) -> int:
-        """A new message; returns its number."""
+    def enter(self, topic: str, payload_bytes: int, text: str, parts: int = 1) -> int:
+        """A new message in so many parts; returns its number."""
         number = self.offered
         self.offered += 1
-        self._open[number] = _Open(topic, payload_bytes, text, self._env.now)
+        self._open[number] = _Open(topic, payload_bytes, text, self._env.now, set(range(parts)))
         return number
 
-    def copy(self, number: int, packet: int) -> None:
-        """A copy is offered to the link now, as the packet of that number."""
+    def copy(self, number: int, packet: int, part: int = 0) -> None:
+        """A copy of a part is offered to the link now, as the packet of that number."""
         if (entry := self._open.get(number)) is None:
             # It was delivered, but no acknowledgement has come.
             return
-        self._packets[packet] = number
+        self._packets[packet] = number, part
         entry.tries += 1
         entry.on_way += 1
-        if entry.tries == 1:
-            entry.first_s = self._env.now
+        entry.firsts_s.setdefault(part, self._env.now)
         if not entry.arrived:
-            entry.copy_s = self._env.now
+            entry.first_s, entry.copy_s, entry.packet = entry.firsts_s[part], self._env.now, packet
 
     def packet_ended(self, packet: PacketEnded) -> None:
         """The record of a packet is written. If it was delivered, its receiver is told after this."""
-        number = self._packets.pop(packet.packet, -1)
+        number, part = self._packets.pop(packet.packet, (-1, 0))
         if (entry := self._open.get(number)) is None or packet.outcome == "in_flight":
             return
         entry.on_way -= 1
@@ -138,8 +149,11 @@ class Book:
                 self._lose(number, packet.reason)
             else:
                 self._lose_if_hopeless(number)
-        elif not entry.arrived:
-            entry.copy_s, entry.arrived_s = packet.sent_s, packet.arrived_s
+        elif part in entry.missing:
+            entry.missing.remove(part)
+            if not entry.missing:
+                entry.first_s, entry.packet = entry.firsts_s[part], packet.packet
+                entry.copy_s, entry.arrived_s = packet.sent_s, packet.arrived_s
             if self._best_effort:
                 self.deliver(number)
 
@@ -197,5 +211,6 @@ class Book:
                 link_s=arrived_s - copy_s,
                 order_s=ended_s - arrived_s,
                 text=entry.text,
+                packet=entry.packet,
             )
         )

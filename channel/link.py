@@ -91,7 +91,7 @@ class Direction:
         """Share of the time so far in which bits went out, 0 to 1."""
         return self._carrier.utilisation()
 
-    def send(self, topic: str, payload: bytes, text: str = "", priority: int = 0) -> None:
+    def send(self, topic: str, payload: bytes, text: str = "", priority: int = 0, keep: bool = False) -> None:
         """Offer a packet now.
 
         Args:
@@ -99,12 +99,13 @@ class Direction:
             payload: all bytes that cross, before headers.
             text: what it means, for the log; never transmitted.
             priority: greater is more urgent; counts under the discipline ``priority`` only.
+            keep: neither superseded nor superseding under the discipline ``newest``.
 
         Raises:
             LinkClosed: after ``close``.
 
         """
-        self._carrier.send(topic, payload, text, priority)
+        self._carrier.send(topic, payload, text, priority, keep)
 
     def switch_rate(self, rate_bps: float) -> None:
         """From now on this rate, whatever the schedule said, also for the fragment under way.

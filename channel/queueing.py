@@ -33,6 +33,10 @@ class Queued(Protocol):
     def priority(self) -> int:
         """How urgent it is; greater goes first under ``priority``."""
 
+    @property
+    def keep(self) -> bool:
+        """Whether ``newest`` lets it be: it neither supersedes nor is superseded."""
+
 
 T = TypeVar("T", bound=Queued)
 
@@ -153,18 +157,22 @@ class Fifo(Priority[T]):
 class Newest(Waiting[T]):
     """Newest state wins: a packet takes the place in line of the one of its topic that waits, which is superseded.
 
-    The place is kept so that a topic that is sent often still gets its turn. Priorities do not count.
+    The place is kept so that a topic that is sent often still gets its turn. Priorities do not count. A packet to be
+    kept stands in line for itself.
     """
 
     def __init__(self, limit: int = 0, drop: Drop = "tail") -> None:
         super().__init__(limit, drop)
-        self._line: OrderedDict[str, T] = OrderedDict()
+        self._line: OrderedDict[str | int, T] = OrderedDict()
+        self._pushed = 0
         self._under_way: list[T] = []
 
     def push(self, item: T) -> tuple[T, str] | None:
         """See ``Waiting``."""
-        older = self._line.get(item.topic)
-        self._line[item.topic] = item
+        self._pushed += 1
+        key = self._pushed if item.keep else item.topic
+        older = self._line.get(key)
+        self._line[key] = item
         if older is not None:
             return older, SUPERSEDED
         if 0 < self.limit < len(self._line):

@@ -45,6 +45,7 @@ class Load(Packet):
     Attributes:
         fragments: sizes with headers [bit].
         jitter_s: what is added to its delay.
+        keep: whether it is neither superseded nor superseding.
         out: fragments that are out.
         service_s: when the first bit went out (NaN: not yet).
         light_s: time in which bits went out for good.
@@ -57,6 +58,7 @@ class Load(Packet):
 
     fragments: tuple[int, ...]
     jitter_s: float
+    keep: bool = False
     out: int = 0
     service_s: float = math.nan
     light_s: float = 0.0
@@ -114,14 +116,14 @@ class Radio(Carrier):
         """See ``Carrier``."""
         return self._busy_s + (self._spent_s(self._env.now) if self._serving else 0.0)
 
-    def send(self, topic: str, payload: bytes, text: str, priority: int) -> None:
+    def send(self, topic: str, payload: bytes, text: str, priority: int, keep: bool = False) -> None:
         """See ``Direction.send``."""
         fragments = self._framing.fragments(len(payload))
         bits = sum(fragments)
         number = self._offered(topic, bits)
         # Drawn for every packet offered: what becomes of the others does not shift it.
         jitter_s = self.settings.jitter.draw_s(self._jitter_rng)
-        load = Load(number, topic, payload, text, priority, bits, self._env.now, fragments, jitter_s)
+        load = Load(number, topic, payload, text, priority, bits, self._env.now, fragments, jitter_s, keep)
         if gone := self._waiting.push(load):
             self._drop(*gone)
         self._serve_next()

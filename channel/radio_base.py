@@ -82,7 +82,7 @@ class Carrier(ABC):
             env.process(self._tell_blackouts())
 
     @abstractmethod
-    def send(self, topic: str, payload: bytes, text: str, priority: int) -> None:
+    def send(self, topic: str, payload: bytes, text: str, priority: int, keep: bool = False) -> None:
         """See ``Direction.send``."""
 
     @abstractmethod

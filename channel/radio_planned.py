@@ -58,8 +58,9 @@ class PlannedRadio(Carrier):
         waits = (waits_until(p, self._env.now, self.settings.blackouts) for p in self._on_way)
         return self._busy_s + sum(w.serialisation_s for w in waits)
 
-    def send(self, topic: str, payload: bytes, text: str, priority: int) -> None:
+    def send(self, topic: str, payload: bytes, text: str, priority: int, keep: bool = False) -> None:
         """See ``Direction.send``."""
+        del keep  # First in, first out: nothing is superseded.
         link, now_s = self.settings, self._env.now
         bits = 8 * (len(payload) + link.header_bytes)
         number = self._offered(topic, bits)

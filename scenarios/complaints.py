@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date, time
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
@@ -56,7 +56,10 @@ class Reporter:
             case "refused":
                 return Problem(where, context["what"], context["hint"])
             case "extra_forbidden":
-                return _unknown_key(where, path)
+                part = part_at(path[:-1])
+                return _unknown_key(where, path, keys_of(part) if part else ())
+            case "unknown_key":
+                return _unknown_key(where, path, context["choices"])
             case "missing":
                 return Problem(where, "is missing", _hint(path))
             case kind:
@@ -65,7 +68,8 @@ class Reporter:
 
     def _where(self, path: KeyPath) -> str:
         key = key_text(path)
-        for dotted, label in self.labels.items():
+        # The closest override is to blame: --uplink, not the --preset that it changes.
+        for dotted, label in sorted(self.labels.items(), key=lambda item: -len(item[0])):
             inside = key == dotted or key.startswith((f"{dotted}.", f"{dotted}["))
             made_by_it = dotted.startswith(f"{key}.") and path not in self.places.of
             if inside or made_by_it:
@@ -85,15 +89,24 @@ def shown(value: object) -> str:
 
 
 def part_at(path: KeyPath) -> type[BaseModel] | None:
-    """The model of the table at a path of the scenario."""
+    """The model of the table at a path of the scenario, also of one in a list."""
     part: type[BaseModel] = Scenario
     for name in path:
-        field = part.model_fields.get(str(name))
-        inner = field.annotation if field else None
-        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+        if isinstance(name, int):
+            continue
+        field = next((f for n, f in part.model_fields.items() if (f.alias or n) == name), None)
+        inner = _part_in(field.annotation) if field else None
+        if inner is None:
             return None
         part = inner
     return part
+
+
+def _part_in(annotation: Any) -> type[BaseModel] | None:
+    """The model in a type such as ``tuple[Model, ...] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_part_in, get_args(annotation))), None)
 
 
 def keys_of(part: type[BaseModel]) -> tuple[str, ...]:
@@ -101,9 +114,7 @@ def keys_of(part: type[BaseModel]) -> tuple[str, ...]:
     return tuple(field.alias or name for name, field in part.model_fields.items())
 
 
-def _unknown_key(where: str, path: KeyPath) -> Problem:
-    part = part_at(path[:-1])
-    known = keys_of(part) if part else ()
+def _unknown_key(where: str, path: KeyPath, known: tuple[str, ...]) -> Problem:
     close = get_close_matches(str(path[-1]), known, n=1)
     guess = f"Did you mean {close[0]!r}? " if close else ""
     return Problem(where, "unknown key", f"{guess}Known here: {', '.join(known)}.")
@@ -113,7 +124,7 @@ def _hint(path: KeyPath) -> str:
     """The description of the field at a path or around it."""
     for length in range(len(path), 0, -1):
         part = part_at(path[: length - 1])
-        if part is not None:
+        if part is not None and not isinstance(path[length - 1], int):
             fields = {field.alias or name: field for name, field in part.model_fields.items()}
             field = fields.get(str(path[length - 1]))
             return (field.description or "") if field else ""

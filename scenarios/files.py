@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.scenarios.complaints import Reporter, keys_of, part_at
 from teleop_sim.scenarios.library import find_scenario, list_scenarios
-from teleop_sim.scenarios.reading import read_toml
+from teleop_sim.scenarios.links import link_problems
+from teleop_sim.scenarios.reading import key_path, read_toml
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
 
@@ -60,24 +63,46 @@ def read_scenario(
     values = _overridden(read.values, overrides, labels)
     if name:
         values.setdefault("name", name)
+    reporter = Reporter(where, read.places, {key: labels.get(key, key) for key in overrides})
     try:
         scenario = Scenario.model_validate(values)
     except ValidationError as error:
-        reporter = Reporter(where, read.places, {key: labels.get(key, key) for key in overrides})
-        # What is missing may stand on a line that could not be read.
-        details = [d for d in error.errors() if not (read.problems and d["type"] == "missing")]
+        # What is missing may stand on a line that could not be read; sources wait for what they are sources of.
+        left_out = ("default_factory_not_called", "missing" if read.problems else "")
+        details = [d for d in error.errors() if d["type"] not in left_out]
         raise BadInput(read.problems + tuple(reporter.problems(details))) from None
-    if read.problems:
-        raise BadInput(read.problems)
+    if problems := read.problems or tuple(reporter.problems(map(_detail, link_problems(scenario)))):
+        raise BadInput(problems)
     return scenario
 
 
 def json_schema() -> dict[str, Any]:
     """JSON Schema of a scenario file, for editors."""
-    schema = Scenario.model_json_schema(by_alias=True)
+    schema = _without_nothing(Scenario.model_json_schema(by_alias=True))
     # A file that gives no name is called after itself.
     schema["required"] = [key for key in schema["required"] if key != "name"]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _without_nothing(schema: Any) -> Any:
+    """A schema without null, which TOML does not have, and without endless defaults, which JSON does not have."""
+    if isinstance(schema, list):
+        return [_without_nothing(inner) for inner in schema if inner != {"type": "null"}]
+    if not isinstance(schema, dict):
+        return schema
+    kept = {key: _without_nothing(inner) for key, inner in schema.items() if key != "default" or _in_json(inner)}
+    choices = kept.get("anyOf", ())
+    return {key: inner for key, inner in kept.items() if key != "anyOf"} | choices[0] if len(choices) == 1 else kept
+
+
+def _in_json(value: object) -> bool:
+    return value is not None and not (isinstance(value, float) and math.isinf(value))
+
+
+def _detail(problem: Problem) -> ErrorDetails:
+    """A problem whose place is a key, as pydantic would tell it."""
+    told = {"what": problem.what, "hint": problem.hint}
+    return ErrorDetails(type="refused", loc=key_path(problem.where), msg=problem.what, input=None, ctx=told)
 
 
 def _not_utf8(error: UnicodeDecodeError, path: Path) -> Problem:

@@ -10,10 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
-from teleop_sim.channel.link import DirectionSettings
-from teleop_sim.channel.presets import in_simulated_time
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.operators.policies import POLICIES, Policy
@@ -21,16 +17,14 @@ from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
+from teleop_sim.scenarios.links import Streams
 from teleop_sim.scenarios.names import AUTONOMY
-from teleop_sim.scenarios.schema import Link, LinkDirection, Operator, Scenario, World
+from teleop_sim.scenarios.schema import Operator, Scenario, World
 from teleop_sim.world import dish_scorer
 from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.plant import Scenery
 from teleop_sim.world.scoring import Score
-
-Streams = Callable[[str], np.random.Generator]
-"""Named random streams of one replicate."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +63,6 @@ TASKS: Mapping[str, Task] = {
     "src-dish": Task(src_dish, dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),
 }
 """Name in a scenario to task."""
-
-
-def direction_settings(link: Link, direction: LinkDirection) -> DirectionSettings:
-    """What ``channel.link.Direction`` is made with, in simulated seconds."""
-    made = DirectionSettings(direction.rate_bps, direction.delay_s, direction.header_bytes, direction.blackouts)
-    return in_simulated_time(made, link.real_time_factor) if link.clock == "wall" else made
 
 
 def operator_timing(operator: Operator) -> OperatorTiming:

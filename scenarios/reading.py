@@ -93,3 +93,9 @@ def key_text(path: tuple[str | int, ...]) -> str:
     """A path as people write it: ``link.up.blackouts[1]``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in path]
     return "".join(parts).removeprefix(".")
+
+
+def key_path(text: str) -> tuple[str | int, ...]:
+    """The path that ``key_text`` writes so."""
+    parts = re.findall(r"\[(\d+)\]|([^.\[\]]+)", text)
+    return tuple(int(number) if number else name for number, name in parts)

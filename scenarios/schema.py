@@ -7,59 +7,19 @@ Every quantity that a result may rest on has a ``*_source`` beside it: where the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, Strict, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, PlainValidator, Strict, WithJsonSchema
 
 from teleop_sim.operators.policies import POLICIES
 from teleop_sim.scenarios import names
-
-ASSUMED = "assumed"
-
-
-def _named(kind: str, known: Iterable[str]) -> Any:
-    """Metadata of a string that must be one of the names in ``known``."""
-    choices = tuple(known)
-
-    def check(value: str) -> str:
-        if value not in choices:
-            raise PydanticCustomError("unknown_name", "unknown name", {"name": value, "choices": choices})
-        return value
-
-    return AfterValidator(check), Field(
-        description=f"{kind}: {', '.join(choices)}.", json_schema_extra={"enum": list(choices)}
-    )
-
-
-def _refused(what: str, hint: str) -> PydanticCustomError:
-    return PydanticCustomError("refused", "refused", {"what": what, "hint": hint})
-
-
-def _window(value: tuple[float, float]) -> tuple[float, float]:
-    start_s, end_s = value
-    if not (math.isfinite(start_s) and start_s >= 0.0):
-        raise _refused(f"a blackout cannot start at {start_s} s", "Start at zero or later, in simulated seconds.")
-    if not end_s > start_s:
-        raise _refused(
-            f"a blackout from {start_s} s to {end_s} s ends no later than it starts",
-            "Give [start_s, end_s] with the end after the start; inf means for ever.",
-        )
-    return value
-
-
-def _in_order(value: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    wrong = [f"[{b[0]}, {b[1]}] starts before [{a[0]}, {a[1]}] has ended" for a, b in pairwise(value) if b[0] < a[1]]
-    if wrong:
-        raise _refused("; ".join(wrong), "List blackouts in order of time and without overlap; join those that touch.")
-    return value
+from teleop_sim.scenarios.link_schema import Link
+from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused
 
 
 def _low_to_high(value: tuple[float, float]) -> tuple[float, float]:
     if value[0] > value[1]:
-        raise _refused(f"the range runs backwards from {value[0]} to {value[1]}", "Give [lowest, highest].")
+        raise refused(f"the range runs backwards from {value[0]} to {value[1]}", "Give [lowest, highest].")
     return value
 
 
@@ -68,11 +28,9 @@ def _layout(value: object) -> str | int:
         return value
     if isinstance(value, int) and not isinstance(value, bool) and value in names.WORLDS:
         return value
-    raise _refused(f"{value!r} is no layout of the world", 'Give "random", or 1 to 5 for one of the five final worlds.')
+    raise refused(f"{value!r} is no layout of the world", 'Give "random", or 1 to 5 for one of the five final worlds.')
 
 
-Bound = Annotated[float, Field(allow_inf_nan=True)]
-Window = Annotated[tuple[Bound, Bound], Strict(False), AfterValidator(_window)]
 Positive = Annotated[float, Field(gt=0.0)]
 PitchAngle = Annotated[float, Field(ge=-0.2, le=1.57)]
 YawAngle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
@@ -83,52 +41,10 @@ YawRange = Annotated[tuple[YawAngle, YawAngle], Strict(False), AfterValidator(_l
 CountRange = Annotated[tuple[Count, Count], Strict(False), AfterValidator(_low_to_high)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class LinkDirection(_Part):
-    """One direction of the link: a rate limit, then a fixed delay, first in first out."""
-
-    rate_bps: float = Field(gt=0.0, description="A rate above zero in bits per second, such as 380.0.")
-    rate_source: str = ASSUMED
-    delay_s: float = Field(ge=0.0, description="A one-way delay of zero or more seconds, such as 10.0.")
-    delay_source: str = ASSUMED
-    header_bytes: int = Field(
-        default=0, ge=0, le=1500, description="Whole bytes added to each message for its headers, such as 40."
-    )
-    header_source: str = ASSUMED
-    blackouts: Annotated[tuple[Window, ...], Strict(False), AfterValidator(_in_order)] = Field(
-        default=(), description="A list of [start_s, end_s] in simulated seconds, such as [[60.0, 120.0]]."
-    )
-    blackouts_source: str = ASSUMED
-
-
-class Link(_Part):
-    """Both directions: ``up`` from the operator to the robot, ``down`` back.
-
-    ``clock`` says in which seconds rates, delays and blackouts are given. On the wall, a simulation that runs at
-    ``real_time_factor`` sees a delay of d seconds as d times the factor of its own.
-    """
-
-    clock: Literal["simulated", "wall"] = Field(
-        default="simulated", description='"simulated" or "wall": whose seconds the link\'s figures are in.'
-    )
-    real_time_factor: float = Field(
-        default=1.0,
-        gt=0.0,
-        le=1e3,
-        description="Simulated seconds in a second on the wall, such as 0.16.",
-    )
-    real_time_factor_source: str = ASSUMED
-    up: LinkDirection = Field(description="A table [link.up] with rate_bps and delay_s.")
-    down: LinkDirection = Field(description="A table [link.down] with rate_bps and delay_s.")
-
-
-class Operator(_Part):
+class Operator(Part):
     """The person at the control station."""
 
-    policy: Annotated[str, *_named("How the operator decides, one of", POLICIES)] = "supervise"
+    policy: Annotated[str, *named("How the operator decides, one of", POLICIES)] = "supervise"
     expertise: float = Field(
         default=1.0,
         ge=0.1,
@@ -138,7 +54,7 @@ class Operator(_Part):
     expertise_source: str = ASSUMED
 
 
-class World(_Part):
+class World(Part):
     """Where the robot works: what is drawn from the seed, uniformly, and between which limits.
 
     Equal limits fix a value. The defaults are those of the simulated world, with their sources there
@@ -183,7 +99,7 @@ class World(_Part):
     clutter_source: str = ASSUMED
 
 
-class Scenario(_Part):
+class Scenario(Part):
     """Everything that is chosen before a run, apart from the replicate's number.
 
     ``name`` is the file's name without ``.toml`` unless the file gives another; it names the log. ``seed`` fixes all
@@ -197,14 +113,14 @@ class Scenario(_Part):
     )
     question: str = Field(default="", description="Text: what the scenario is to find out.")
     seed: int = Field(default=1, ge=0, lt=2**63, description="A whole number from 0 to 9223372036854775807.")
-    robot: Annotated[str, *_named("A robot, one of", names.ROBOTS)] = "valkyrie"
-    task: Annotated[str, *_named("A task, one of", names.TASKS)] = "src-dish"
-    pacing: Annotated[str, *_named("Which waits the robot's program has, one of", names.PACINGS)] = "wpi"
+    robot: Annotated[str, *named("A robot, one of", names.ROBOTS)] = "valkyrie"
+    task: Annotated[str, *named("A task, one of", names.TASKS)] = "src-dish"
+    pacing: Annotated[str, *named("Which waits the robot's program has, one of", names.PACINGS)] = "wpi"
     time_limit_s: float = Field(
         default=1800.0, gt=0.0, le=1e6, description="A time limit above zero and up to 1e6 simulated seconds."
     )
     time_limit_source: str = ASSUMED
-    autonomy: Annotated[str, *_named("A level of autonomy, one of", names.AUTONOMY)] = "full"
+    autonomy: Annotated[str, *named("A level of autonomy, one of", names.AUTONOMY)] = "full"
     operator: Operator = Operator()
     world: World = World()
-    link: Link = Field(description="Tables [link.up] and [link.down].")
+    link: Link = Field(description="Tables [link.up] and [link.down], or a preset.")

@@ -12,8 +12,11 @@ _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\b
 
 
 def scenario_to_toml(scenario: Scenario) -> str:
-    """Canonical TOML with every value written out; loading it gives an equal scenario."""
-    return "\n".join(_table(scenario.model_dump(by_alias=True), ())) + "\n"
+    """Canonical TOML with every value written out; loading it gives an equal scenario.
+
+    What is not there at all (a preset, a loss) is left out: TOML has no word for nothing.
+    """
+    return "\n".join(_table(scenario.model_dump(by_alias=True, exclude_none=True), ())) + "\n"
 
 
 def _table(values: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
@@ -31,6 +34,10 @@ def _value(value: Any) -> str:
         return _string(value)
     if isinstance(value, tuple | list):
         return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_value(inner)}' for key, inner in value.items())} }}"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, float) and math.isinf(value):
         return "inf" if value > 0 else "-inf"
     return repr(value)

@@ -53,6 +53,18 @@ def _complete_pacing(incomplete: str) -> list[str]:
     return [name for name in PACINGS if name.startswith(incomplete)]
 
 
+def _complete_preset(incomplete: str) -> list[str]:
+    from teleop_sim.channel.presets import PRESETS
+
+    return [name for name in PRESETS if name.startswith(incomplete)]
+
+
+def _complete_delivery(incomplete: str) -> list[str]:
+    from teleop_sim.channel.delivery import DELIVERIES
+
+    return [name for name in DELIVERIES if name.startswith(incomplete)]
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         import teleop_sim
@@ -75,10 +87,29 @@ def run(
     scenario: Annotated[
         str, typer.Argument(help="Name or path of a scenario.", autocompletion=_complete_scenario, metavar="SCENARIO")
     ],
+    preset: Annotated[
+        str | None,
+        typer.Option(
+            help="A link by name, in place of the scenario's; see channel list.",
+            metavar="NAME",
+            autocompletion=_complete_preset,
+        ),
+    ] = None,
     uplink: Annotated[str | None, typer.Option(help="Rate to the robot, such as 380bps.", metavar="RATE")] = None,
     downlink: Annotated[str | None, typer.Option(help="Rate back, such as 380kbps.", metavar="RATE")] = None,
     latency: Annotated[
         str | None, typer.Option(help="One-way delay of both directions, such as 10s.", metavar="TIME")
+    ] = None,
+    loss: Annotated[
+        str | None, typer.Option(help="Probability that a packet is lost, in both directions.", metavar="SHARE")
+    ] = None,
+    delivery: Annotated[
+        str | None,
+        typer.Option(
+            help="How messages get across: best_effort, stop_and_wait, selective_repeat, custody, ...",
+            metavar="NAME",
+            autocompletion=_complete_delivery,
+        ),
     ] = None,
     autonomy: Annotated[
         str | None,
@@ -101,6 +132,9 @@ def run(
     An option that is left out is as the scenario says. An older log of the same name is replaced.
     """
     given = {
+        "--preset": preset,
+        "--loss": loss,
+        "--delivery": delivery,
         "--uplink": uplink,
         "--downlink": downlink,
         "--latency": latency,

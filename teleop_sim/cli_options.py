@@ -36,7 +36,18 @@ def _whole(text: str, where: str) -> object:
         raise BadInput((Problem(where, f"{shown} is not a whole number", "Give one, such as 1."),)) from None
 
 
+def _share(text: str, where: str) -> object:
+    try:
+        return {"model": "bernoulli", "p": float(text)}
+    except ValueError:
+        shown = repr(text if len(text) <= 40 else f"{text[:37]}...")
+        raise BadInput((Problem(where, f"{shown} is not a number", "Give a share such as 0.05."),)) from None
+
+
 OPTIONS = (
+    _Option("--preset", ("link.preset",), _text),
+    _Option("--delivery", ("link.delivery",), _text),
+    _Option("--loss", ("link.up.loss", "link.down.loss"), _share),
     _Option("--uplink", ("link.up.rate_bps",), parse_rate_bps),
     _Option("--downlink", ("link.down.rate_bps",), parse_rate_bps),
     _Option("--latency", ("link.up.delay_s", "link.down.delay_s"), parse_time_s),
@@ -59,6 +70,10 @@ def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path)
     problems: list[Problem] = []
     values: dict[str, object] = {}
     labels: dict[str, str] = {}
+    if given.get("--preset") is not None:
+        # The whole link is the preset's; what other options say is changed afterwards.
+        values |= {"link.up": {}, "link.down": {}}
+        labels |= dict.fromkeys(values, "--preset")
     for option in OPTIONS:
         text = given.get(option.name)
         if text is not None:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-import numpy as np
 import simpy
 
 from teleop_sim.channel import messages as msg
@@ -66,7 +65,7 @@ class FieldSite:
         self._voice = SiteVoice(env, self._tell)
         self.executive = Executive(env, machine, level, self._start_program, self._voice, emit)
         self._voice.listen_to(self.executive)
-        self.receive = Orders(self.executive, self).receive
+        self.receive = Orders(self.executive, self._voice.ledger, self).receive
 
     def run(self) -> Generator[simpy.Event, Any, Result]:
         """Process: run the machine to its end."""

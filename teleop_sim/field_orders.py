@@ -11,6 +11,7 @@ from teleop_sim.channel import messages as msg
 from teleop_sim.channel import vocabulary as chat
 from teleop_sim.core.errors import TeleopError
 from teleop_sim.machines.executive import Executive
+from teleop_sim.machines.ledger import Ledger
 from teleop_sim.machines.modify import unpack_patch
 from teleop_sim.robot.commands import Look, Nudge, Posture
 
@@ -36,8 +37,8 @@ class Hands(Protocol):
 class Orders:
     """Hands each message to the executive, or to the robot. What is no command leaves a record and nothing else."""
 
-    def __init__(self, executive: Executive, hands: Hands) -> None:
-        self._executive, self._hands = executive, hands
+    def __init__(self, executive: Executive, ledger: Ledger, hands: Hands) -> None:
+        self._executive, self._ledger, self._hands = executive, ledger, hands
 
     def receive(self, payload: bytes) -> None:
         """Obey a message that has arrived."""
@@ -89,11 +90,13 @@ class Orders:
         act(nodes[node].path if 0 < node < len(nodes) else f"number {node}")
 
     def _force(self, edge: int, seen: int) -> None:
-        table = self._executive.machine.table
-        if edge >= len(table):
-            self._hands.note("ignored", f"force {edge}", f"the machine has {len(table)} outcomes")
+        late = self._ledger.late(edge, seen)
+        if late:
+            self._hands.note("ignored", f"force {edge}", late)
             return
-        self._executive.force(table[edge].event, table[edge].state)
+        self._ledger.forced(edge, seen)
+        outcome = self._executive.machine.table[edge]
+        self._executive.force(outcome.event, outcome.state)
 
     def _modify(self, data: bytes) -> None:
         try:

@@ -10,23 +10,31 @@ import simpy
 from teleop_sim.channel import messages as msg
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.executive import Executive
+from teleop_sim.machines.ledger import Ledger
+from teleop_sim.machines.sync import Snapshot
 
 Tell = Callable[[msg.Message, str], None]
 
 
 class SiteVoice:
-    """A ``Voice`` that speaks in messages. ``listen_to`` says whose voice it is."""
+    """A ``Voice`` that speaks in messages. ``listen_to`` says whose voice it is, before it says anything.
+
+    Attributes:
+        ledger: of what it has told.
+
+    """
 
     def __init__(self, env: simpy.Environment, tell: Tell) -> None:
         self._env, self._tell = env, tell
-        self._executive: Executive | None = None
 
     def listen_to(self, executive: Executive) -> None:
         """What is told of nodes and edges is about this executive's machine."""
         self._executive = executive
+        self.ledger = Ledger(executive.machine)
 
     def transition(self, edge: int) -> None:
         """``MirrorUpdate``."""
+        self.ledger.transition(edge)
         taken = self._machine.table[edge]
         self._tell(msg.MirrorUpdate(edge), f"{taken.state} {taken.event} {taken.next_state}".strip())
 
@@ -60,9 +68,7 @@ class SiteVoice:
 
     def snapshot(self) -> None:
         """``SyncState``."""
-        if self._executive is not None:
-            now = self._executive.snapshot()
-            self._tell(msg.SyncState(now.pack()), f"state {self._executive.state}")
+        self._tell(msg.SyncState(self._whole().pack()), f"state {self._executive.state}")
 
     def line(self, text: str) -> None:
         """``LogLine``."""
@@ -70,12 +76,14 @@ class SiteVoice:
 
     def beat(self, every_s: float) -> Generator[simpy.Event, Any, None]:
         """Process: ``SyncHash`` every ``every_s``, for as long as the clock runs."""
-        while self._executive is not None:
+        while True:
             yield self._env.timeout(every_s)
-            now = self._executive.snapshot()
+            now = self._whole()
             self._tell(msg.SyncHash(now.behaviour, now.hash), "heartbeat")
+
+    def _whole(self) -> Snapshot:
+        return self.ledger.told_whole(self._executive.snapshot(), self._machine)
 
     @property
     def _machine(self) -> Machine:
-        assert self._executive is not None
         return self._executive.machine

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import simpy
 
-from teleop_sim.channel.link import Direction
 from teleop_sim.core.records import Emit, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
@@ -30,16 +29,17 @@ from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.programs.pacing import pacing
 from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.scenarios.links import link_plan
 from teleop_sim.scenarios.objects import (
     TASKS,
     Site,
     autonomy_level,
-    direction_settings,
     operator_policy,
     operator_timing,
 )
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
+from teleop_sim.wiring import rates_by_state, sender, wire
 from teleop_sim.world.plant import Plant
 
 Clock = Callable[[], float]
@@ -96,11 +96,14 @@ def run_scenario(
         clock: a wall clock [s] for the result's timings; the simulation never reads it.
 
     Raises:
+        BadInput: nothing could ever get across the link that these draw; nothing is written then.
         KeyboardInterrupt: passed on after the log has been finished up to the interruption.
     """
     started_s = clock()
     # The log's scenario repeats the run, whoever chose the seed.
     scenario = scenario.model_copy(update={"seed": seed})
+    # Whatever these draw that can never deliver is refused before a log is begun.
+    link_plan(scenario, partial(stream, seed, replicate))
     path = out / f"{scenario.name}_seed{seed}.mcap"
     writer = LogWriter(path)
     watch = _Watch(scenario, writer.write, progress)
@@ -159,24 +162,24 @@ class _Bench:
         streams = partial(stream, seed, replicate)
         self._task = TASKS[scenario.task]
         machine, level = self._task.machine(), autonomy_level(scenario)
-        # The sites are tied together by nothing but these two directions.
-        link = scenario.link
-        up, down = direction_settings(link, link.up), direction_settings(link, link.down)
-        self.up = Direction(self.env, "up", up, self._to_field, watch, streams("link.up"))
-        self.down = Direction(self.env, "down", down, self._to_station, watch, streams("link.down"))
+        # The sites are tied together by nothing but this link.
+        plan = link_plan(scenario, streams)
+        self.link = wire(self.env, plan, streams, self._to_field, self._to_station, watch)
+        self.up, self.down = self.link.up, self.link.down
         robot = self._robot(seed, replicate, self._task.site(scenario, streams), clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)
-        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, self.down.send, watch)
+        to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
+        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, to_station, emit)
         self.robot = robot
         self.station = Supervisor(
             self.env,
             Mirror(machine, level),
-            self.up.send,
+            sender(self.link.station, plan.up),
             operator_timing(scenario.operator),
             streams("operator"),
             watch,
-            Briefing(round_trip_s=up.delay_s + down.delay_s, uplink_bps=up.rate_bps),
+            Briefing(round_trip_s=plan.round_trip_s, uplink_bps=plan.up.settings.rate_bps),
             operator_policy(scenario.operator),
         )
 
@@ -212,8 +215,7 @@ class _Bench:
         done = env.process(self.field.run())
         env.run(until=done | env.timeout(limit_s))
         self.field.close()
-        self.up.close()
-        self.down.close()
+        self.link.close()
         ended = self._ended(done.value if done.triggered else None)
         self._watch(ended)
         return ended

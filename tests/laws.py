@@ -15,13 +15,15 @@ from functools import cached_property, partial
 from itertools import pairwise
 from typing import TypeVar
 
+from teleop_sim.channel.link import DirectionSettings
 from teleop_sim.core import records as rec
 from teleop_sim.core.streams import stream
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.reports.shares import SHARES, where_time_went
 from teleop_sim.scenarios.files import read_scenario
+from teleop_sim.scenarios.links import link_plan
 from teleop_sim.scenarios.objects import dish_settings
-from teleop_sim.scenarios.schema import LinkDirection, Scenario
+from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.world import dish_layout as lay
 from teleop_sim.world.console import SQUARE_M
 from teleop_sim.world.dish_draw import DishWorld, draw_dish_world
@@ -164,8 +166,9 @@ def an_operator_does_one_thing_at_a_time(story: Story) -> Iterator[str]:
 # Link ----------------------------------------------------------------------------------------------------------------
 
 
-def _settings(story: Story, name: str) -> LinkDirection:
-    return story.scenario.link.up if name == "up" else story.scenario.link.down
+def _settings(story: Story, name: str) -> DirectionSettings:
+    plan = link_plan(story.scenario, partial(stream, story.started.seed, story.started.replicate))
+    return plan.up.settings if name == "up" else plan.down.settings
 
 
 def _dark_s(a_s: float, b_s: float, windows: Iterable[tuple[float, float]]) -> float:

@@ -116,7 +116,8 @@ def test_another_seed_gives_another_world_and_another_file(go):
     assert digest(go().log) != digest(go(SEEDS[1]).log)
 
 
-DARK = {"time_limit_s": 400.0, "link__up__blackouts": ((0.0, math.inf),)}
+DARK = {"time_limit_s": 400.0, "link__up__blackouts": ((1.0, math.inf),)}
+"""Dark before anybody has anything to say; a link without any light is refused."""
 
 
 @pytest.mark.parametrize("level", ["off", "high"])

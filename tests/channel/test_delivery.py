@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import pickle
-from dataclasses import dataclass, field, replace
 
-import numpy as np
 import pytest
 import simpy
 
@@ -27,88 +24,26 @@ from teleop_sim.channel.custody import ack_due_s
 from teleop_sim.channel.delivery import (
     DELIVERIES,
     BestEffort,
-    Connection,
     Custody,
-    Endpoint,
     Fate,
     SelectiveRepeat,
     StopAndWait,
-    connect,
 )
 from teleop_sim.channel.fates import Book
 from teleop_sim.channel.halves import Receiver, Sender
 from teleop_sim.channel.jitter import UniformJitter
-from teleop_sim.channel.link import Direction, DirectionSettings, LinkClosed
-from teleop_sim.channel.loss import Bernoulli, NoLoss
+from teleop_sim.channel.link import DirectionSettings, LinkClosed
+from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.core.errors import BadInput
-from teleop_sim.core.records import PacketEnded
 
 # Times stay below 1e5 s, where a double resolves 2e-11 s; a time is a sum of some tens of such numbers.
 TOLERANCE_S = 1e-9
 
-NO_LOSS = NoLoss()
 SRC_UP, SRC_DOWN = DirectionSettings(64.0, 10.0), DirectionSettings(50_000.0, 10.0)
 
 
-@dataclass
-class Story:
-    """What the site's application got, the fates and the news of the station's messages, and all records."""
-
-    env: simpy.Environment = field(default_factory=simpy.Environment)
-    got: list[tuple[float, bytes]] = field(default_factory=list)
-    back: list[tuple[float, bytes]] = field(default_factory=list)
-    fates: list[Fate] = field(default_factory=list)
-    news: list[tuple[float, int, bool]] = field(default_factory=list)
-    records: list[PacketEnded] = field(default_factory=list)
-    link: Connection = None
-
-    @property
-    def packets(self):
-        return [r for r in self.records if isinstance(r, PacketEnded)]
-
-    def until(self, t_s):
-        self.env.run(until=t_s)
-        self.link.close()
-        return self
-
-
-class These:
-    """A loss model: the packets with these indices, in order of sending."""
-
-    mean_loss = 0.0
-
-    def __init__(self, *indices):
-        self.indices = indices
-        self.count = itertools.count()
-
-    def step(self, bad, _):
-        return bad, next(self.count) in self.indices
-
-
-def story(delivery, up=SRC_UP, down=SRC_DOWN, lose_up=NO_LOSS, lose_down=NO_LOSS, back=None, seed=5, ack_priority=0):
-    s = Story()
-    ways = {"up": replace(up, loss=lose_up), "down": replace(down, loss=lose_down)}
-    streams = dict(zip(ways, np.random.default_rng(seed).spawn(2), strict=True))
-
-    def make(name, receive, emit):
-        return Direction(s.env, name, ways[name], receive, emit, streams[name])
-
-    station = Endpoint(
-        s.env,
-        delivery,
-        lambda data: s.back.append((s.env.now, data)),
-        s.fates.append,
-        lambda n, ok: s.news.append((s.env.now, n, ok)),
-    )
-    site = Endpoint(
-        s.env, back or BestEffort(), lambda data: s.got.append((s.env.now, data)), ack_priority=ack_priority
-    )
-    s.link = connect(make, station, site, s.records.append)
-    return s
-
-
-def test_best_effort_adds_nothing_and_its_fates_are_those_of_its_packets():
-    s = story(BestEffort(), up=DirectionSettings(64.0, 10.0, blackouts=((20.0, math.inf),)))
+def test_best_effort_adds_nothing_and_its_fates_are_those_of_its_packets(talk):
+    s = talk.story(BestEffort(), up=DirectionSettings(64.0, 10.0, blackouts=((20.0, math.inf),)))
     for _ in range(10):
         s.link.station.send("chat", b"x" * 18, "said")
     s.until(100.0)
@@ -116,7 +51,7 @@ def test_best_effort_adds_nothing_and_its_fates_are_those_of_its_packets():
     assert s.got == [(12.25 + 2.25 * i, b"x" * 18) for i in range(8)]
     assert {p.size_bits for p in s.packets} == {144}
     assert [f.outcome for f in s.fates] == ["delivered"] * 8 + ["in_flight"] * 2
-    assert s.fates[1] == Fate(1, "chat", 18, "delivered", "", 1, 0.0, 14.5, 0.0, 0.0, 14.5, 0.0, "said")
+    assert s.fates[1] == Fate(1, "chat", 18, "delivered", "", 1, 0.0, 14.5, 0.0, 0.0, 14.5, 0.0, "said", 1)
     assert (s.link.station.book.offered, s.link.station.book.delivered, s.link.station.book.gave_up) == (10, 8, 0)
 
 
@@ -141,8 +76,8 @@ def test_the_time_out_counts_fragments_the_slowest_rate_and_the_widest_jitter():
     assert window_for(DirectionSettings(math.inf, 1.0), back, 17) == WINDOW_MAX
 
 
-def test_stop_and_wait_without_loss_sends_one_payload_a_cycle():
-    s = story(StopAndWait())
+def test_stop_and_wait_without_loss_sends_one_payload_a_cycle(talk):
+    s = talk.story(StopAndWait())
     for i in range(20):
         s.link.station.send("chat", bytes([i]) * 18)
     s.until(1000.0)
@@ -156,16 +91,16 @@ def test_stop_and_wait_without_loss_sends_one_payload_a_cycle():
     assert len(s.packets) == 40
 
 
-def test_a_lost_copy_costs_one_time_out_and_the_account_says_so():
-    s = story(StopAndWait(timeout_s=30.0), lose_up=These(0, 1))
+def test_a_lost_copy_costs_one_time_out_and_the_account_says_so(talk):
+    s = talk.story(StopAndWait(timeout_s=30.0), lose_up=talk.These(0, 1))
     s.link.station.send("chat", b"x" * 18, "said")
     s.until(200.0)
     assert s.got == [(60.0 + 12.625, b"x" * 18)]
-    assert s.fates == [Fate(0, "chat", 18, "delivered", "", 3, 0.0, 72.625, 0.0, 60.0, 12.625, 0.0, "said")]
+    assert s.fates == [Fate(0, "chat", 18, "delivered", "", 3, 0.0, 72.625, 0.0, 60.0, 12.625, 0.0, "said", 2)]
 
 
-def test_a_lost_acknowledgement_makes_a_copy_that_the_application_never_sees():
-    s = story(StopAndWait(timeout_s=30.0), lose_down=These(0))
+def test_a_lost_acknowledgement_makes_a_copy_that_the_application_never_sees(talk):
+    s = talk.story(StopAndWait(timeout_s=30.0), lose_down=talk.These(0))
     s.link.station.send("chat", b"x")
     s.link.station.send("chat", b"y")
     s.until(200.0)
@@ -175,8 +110,8 @@ def test_a_lost_acknowledgement_makes_a_copy_that_the_application_never_sees():
     assert [f.retransmission_s for f in s.fates] == [0.0, 0.0]
 
 
-def test_stop_and_wait_gives_up_after_its_tries_and_goes_on():
-    s = story(StopAndWait(timeout_s=30.0, tries=2), lose_up=These(0, 1))
+def test_stop_and_wait_gives_up_after_its_tries_and_goes_on(talk):
+    s = talk.story(StopAndWait(timeout_s=30.0, tries=2), lose_up=talk.These(0, 1))
     s.link.station.send("chat", b"x")
     s.link.station.send("chat", b"y")
     s.until(200.0)
@@ -188,21 +123,21 @@ def test_stop_and_wait_gives_up_after_its_tries_and_goes_on():
     assert s.news[0][0] == 60.0
 
 
-def test_a_copy_that_comes_after_the_give_up_is_still_delivered():
+def test_a_copy_that_comes_after_the_give_up_is_still_delivered(talk):
     # A time-out far too short: the sender gives up at 2 s what arrives at 10.5 s.
-    s = story(StopAndWait(timeout_s=1.0, tries=2))
+    s = talk.story(StopAndWait(timeout_s=1.0, tries=2))
     s.link.station.send("chat", b"x")
     s.until(100.0)
     assert [(f.outcome, f.ended_s) for f in s.fates] == [("delivered", 10.5)]
     assert [ok for _, _, ok in s.news] == [False]
 
 
-def test_selective_repeat_with_a_window_of_the_round_trip_keeps_the_link_full():
+def test_selective_repeat_with_a_window_of_the_round_trip_keeps_the_link_full(talk):
     up, down = DirectionSettings(64.0, 10.0), DirectionSettings(64.0, 10.0)
     # 20 bytes with their frame: 2.5 s; a cycle of 2.5 + 10 + 0.375 + 10 = 22.875 s holds 9.15 of them.
     window = window_for(up, down, 17)
     assert window == 10
-    s = story(SelectiveRepeat(window), up, down)
+    s = talk.story(SelectiveRepeat(window), up, down)
     for i in range(100):
         s.link.station.send("chat", bytes([i]) * 17)
     s.until(100 * 2.5)
@@ -212,9 +147,9 @@ def test_selective_repeat_with_a_window_of_the_round_trip_keeps_the_link_full():
 
 
 @pytest.mark.parametrize("window", [1, 2, 5, 9])
-def test_a_narrower_window_sends_a_window_a_cycle(window):
+def test_a_narrower_window_sends_a_window_a_cycle(talk, window):
     up, down = DirectionSettings(64.0, 10.0), DirectionSettings(64.0, 10.0)
-    s = story(SelectiveRepeat(window), up, down)
+    s = talk.story(SelectiveRepeat(window), up, down)
     for i in range(60):
         s.link.station.send("chat", bytes([i]) * 17)
     cycles = 60 // window
@@ -222,8 +157,8 @@ def test_a_narrower_window_sends_a_window_a_cycle(window):
     assert s.link.up.utilisation() == pytest.approx(window * 2.5 / 22.875, abs=TOLERANCE_S)
 
 
-def test_selective_repeat_repeats_only_what_was_lost_and_keeps_order():
-    s = story(SelectiveRepeat(8, timeout_s=30.0), lose_up=These(1))
+def test_selective_repeat_repeats_only_what_was_lost_and_keeps_order(talk):
+    s = talk.story(SelectiveRepeat(8, timeout_s=30.0), lose_up=talk.These(1))
     for name in (b"a", b"b", b"c"):
         s.link.station.send("chat", name)
     s.until(200.0)
@@ -238,8 +173,8 @@ def test_selective_repeat_repeats_only_what_was_lost_and_keeps_order():
     ]
 
 
-def test_selective_repeat_skips_what_it_gives_up_so_that_the_rest_gets_through():
-    s = story(SelectiveRepeat(8, timeout_s=30.0, tries=1), lose_up=These(0, 3))
+def test_selective_repeat_skips_what_it_gives_up_so_that_the_rest_gets_through(talk):
+    s = talk.story(SelectiveRepeat(8, timeout_s=30.0, tries=1), lose_up=talk.These(0, 3))
     for name in (b"a", b"b", b"c"):
         s.link.station.send("chat", name)
     s.until(300.0)
@@ -253,9 +188,9 @@ def test_selective_repeat_skips_what_it_gives_up_so_that_the_rest_gets_through()
     assert s.link.station.book.in_flight == 0
 
 
-def test_custody_offers_nothing_in_the_dark_and_resumes_at_first_light():
+def test_custody_offers_nothing_in_the_dark_and_resumes_at_first_light(talk):
     dark = ((5.0, 1000.0), (1010.0, 1020.0))
-    s = story(Custody(), up=DirectionSettings(64.0, 10.0, blackouts=dark))
+    s = talk.story(Custody(), up=DirectionSettings(64.0, 10.0, blackouts=dark))
     s.env.run(until=7.0)
     s.link.station.send("chat", b"x")
     s.until(2000.0)
@@ -265,12 +200,12 @@ def test_custody_offers_nothing_in_the_dark_and_resumes_at_first_light():
     assert [(f.store_s, f.retransmission_s, f.link_s) for f in s.fates] == [(993.0, 0.0, 10.5)]
 
 
-def test_custody_never_gives_up_and_repeats_only_in_the_light():
+def test_custody_never_gives_up_and_repeats_only_in_the_light(talk):
     # Contacts of 60 s a quarter of an hour apart; the first three copies are lost.
     dark = tuple((900.0 * i + 60.0, 900.0 * (i + 1)) for i in range(10))
     up = DirectionSettings(64.0, 10.0, blackouts=dark)
     down = DirectionSettings(50_000.0, 10.0, blackouts=dark)
-    s = story(Custody(), up, down, lose_up=These(0, 1, 2))
+    s = talk.story(Custody(), up, down, lose_up=talk.These(0, 1, 2))
     s.link.station.send("chat", b"x")
     s.until(9000.0)
     assert [data for _, data in s.got] == [b"x"]
@@ -280,9 +215,9 @@ def test_custody_never_gives_up_and_repeats_only_in_the_light():
     assert [f.tries for f in s.fates] == [4]
 
 
-def test_an_acknowledgement_that_must_wait_for_light_is_waited_for():
+def test_an_acknowledgement_that_must_wait_for_light_is_waited_for(talk):
     down = DirectionSettings(50_000.0, 10.0, blackouts=((5.0, 500.0),))
-    s = story(Custody(), down=down)
+    s = talk.story(Custody(), down=down)
     s.link.station.send("chat", b"x")
     s.until(2000.0)
     assert len([p for p in s.packets if p.direction == "up"]) == 1
@@ -293,38 +228,38 @@ def test_without_blackouts_custody_waits_as_the_others_do():
     assert ack_due_s(7.0, 18, SRC_UP, SRC_DOWN) == pytest.approx(7.0 + timeout_for(SRC_UP, SRC_DOWN, 18))
 
 
-def test_custody_on_a_link_that_stays_dark_keeps_the_message_and_lets_the_clock_end():
-    s = story(Custody(), up=DirectionSettings(64.0, 10.0, blackouts=((0.0, math.inf),)))
+def test_custody_on_a_link_that_stays_dark_keeps_the_message_and_lets_the_clock_end(talk):
+    s = talk.story(Custody(), up=DirectionSettings(64.0, 10.0, blackouts=((0.0, math.inf),)))
     s.link.station.send("chat", b"x")
     s.env.run()
     s.link.close()
     assert (s.env.now, s.packets, [f.outcome for f in s.fates]) == (0.0, [], ["in_flight"])
 
 
-def test_both_sites_may_send_with_different_deliveries():
-    s = story(StopAndWait(), back=SelectiveRepeat(4))
+def test_both_sites_may_send_with_different_deliveries(talk):
+    s = talk.story(StopAndWait(), back=SelectiveRepeat(4))
     s.link.station.send("chat", b"up")
     for i in range(3):
         s.link.site.send("log", bytes([i]))
     s.until(100.0)
     assert [data for _, data in s.got] == [b"up"]
-    assert [data for _, data in s.back] == [b"\x00", b"\x01", b"\x02"]
+    assert [data for _, data in s.station.got] == [b"\x00", b"\x01", b"\x02"]
 
 
-def test_best_effort_against_an_acknowledged_direction_costs_a_flag_byte():
-    s = story(StopAndWait())
+def test_best_effort_against_an_acknowledged_direction_costs_a_flag_byte(talk):
+    s = talk.story(StopAndWait())
     s.link.site.send("log", b"abc")
     s.until(50.0)
     assert [p.payload_bytes for p in s.packets] == [4]
-    assert [data for _, data in s.back] == [b"abc"]
+    assert [data for _, data in s.station.got] == [b"abc"]
 
 
 @pytest.mark.parametrize(("ack_priority", "heard_s"), [(0, 52.625), (1, 23.375)])
-def test_urgent_acknowledgements_need_not_wait_behind_pictures(ack_priority, heard_s):
+def test_urgent_acknowledgements_need_not_wait_behind_pictures(talk, ack_priority, heard_s):
     # 13 pictures of 25 bytes, 26 with their flag, take 3.25 s each, 42.25 s together. The acknowledgement is offered at
     # 10.5 s, takes 0.375 s, and goes when the fourth picture is out, at 13 s, or after all of them.
     down = DirectionSettings(64.0, 10.0, discipline="priority")
-    s = story(StopAndWait(timeout_s=100.0), down=down, ack_priority=ack_priority)
+    s = talk.story(StopAndWait(timeout_s=100.0), down=down, ack_priority=ack_priority)
     for _ in range(13):
         s.link.site.send("image", b"x" * 25)
     s.link.station.send("chat", b"x")
@@ -333,12 +268,12 @@ def test_urgent_acknowledgements_need_not_wait_behind_pictures(ack_priority, hea
 
 
 @pytest.mark.parametrize("p", [0.1, 0.3])
-def test_stop_and_wait_with_loss_has_the_efficiency_of_the_book(p):
+def test_stop_and_wait_with_loss_has_the_efficiency_of_the_book(talk, p):
     # A try succeeds if data and acknowledgement do: (1 - p)^2 (Bertsekas & Gallager, section 2.4.1, their q).
     # With the time-out at a cycle plus a hair, a message takes 1 / (1 - p)^2 cycles.
     up = down = DirectionSettings(800.0, 1.0)
     cycle_s = 2 * 1.0 + 8 * 10 / 800.0 + 8 * 3 / 800.0
-    s = story(
+    s = talk.story(
         StopAndWait(timeout_s=cycle_s * (1 + 1e-9), tries=math.inf),
         up,
         down,
@@ -356,11 +291,11 @@ def test_stop_and_wait_with_loss_has_the_efficiency_of_the_book(p):
     assert len(s.got) == 4000
 
 
-def test_selective_repeat_with_loss_uses_the_share_that_is_not_lost():
+def test_selective_repeat_with_loss_uses_the_share_that_is_not_lost(talk):
     # Ideal selective repeat: efficiency 1 - p (Bertsekas & Gallager, section 2.4.3); only lost data is repeated.
     up, down = DirectionSettings(800.0, 1.0), DirectionSettings(800.0, 1.0)
     p, n = 0.2, 4000
-    s = story(SelectiveRepeat(2000, tries=math.inf), up, down, Bernoulli(p))
+    s = talk.story(SelectiveRepeat(2000, tries=math.inf), up, down, Bernoulli(p))
     for _ in range(n):
         s.link.station.send("chat", b"x" * 7)
     s.env.run()
@@ -440,15 +375,15 @@ def test_bytes_that_are_no_frame_are_refused(data):
         unpack_frame(data)
 
 
-def test_a_message_after_close_is_refused():
-    s = story(StopAndWait()).until(1.0)
+def test_a_message_after_close_is_refused(talk):
+    s = talk.story(StopAndWait()).until(1.0)
     with pytest.raises(LinkClosed):
         s.link.station.send("chat", b"late")
 
 
 @pytest.mark.parametrize("name", sorted(DELIVERIES))
-def test_every_delivery_delivers_once_on_a_link_without_loss(name):
-    s = story(DELIVERIES[name]())
+def test_every_delivery_delivers_once_on_a_link_without_loss(talk, name):
+    s = talk.story(DELIVERIES[name]())
     for i in range(5):
         s.link.station.send("chat", bytes([i]))
     s.until(500.0)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from teleop_sim.channel.queueing import DISCIPLINES, DROPS, Fifo, Newest, Priority
 
-Item = namedtuple("Item", "number topic priority")
+Item = namedtuple("Item", "number topic priority keep", defaults=(False,))
 
 
 def items(*priorities, topics=""):

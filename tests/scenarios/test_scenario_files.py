@@ -2,18 +2,26 @@
 
 import math
 import tomllib
+from collections.abc import Mapping
 from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from teleop_sim.channel.dark import DARK_MODELS
+from teleop_sim.channel.delivery import DELIVERIES
+from teleop_sim.channel.jitter import JITTERS
+from teleop_sim.channel.loss import LOSS_MODELS
+from teleop_sim.channel.presets import PRESETS
+from teleop_sim.channel.queueing import DISCIPLINES
 from teleop_sim.core.errors import BadInput
 from teleop_sim.scenarios.complaints import keys_of
 from teleop_sim.scenarios.files import json_schema, list_scenarios, load_scenario, read_scenario, scenario_to_toml
+from teleop_sim.scenarios.links import link_problems
 from teleop_sim.scenarios.names import AUTONOMY, PACINGS
-from teleop_sim.scenarios.objects import direction_settings
 from teleop_sim.scenarios.schema import Scenario
 
 GOOD = """\
@@ -211,21 +219,68 @@ def test_an_override_of_nothing_that_exists_is_refused() -> None:
     assert problems(GOOD, lnk__up=3.0) == ["lnk.up: unknown key"]
 
 
+def tables(models: Mapping[str, type[Any]]) -> st.SearchStrategy[dict[str, object]]:
+    """A table that names one of the models, with the keys of its example (a delivery needs none)."""
+    return st.sampled_from([{"model": name, **getattr(made, "example", {})} for name, made in models.items()])
+
+
+TIMES = st.lists(st.floats(1e-3, 1e4), min_size=1, max_size=6).map(lambda gaps: [0.0, *accumulate(gaps)])
+
+EXTRAS: dict[str, st.SearchStrategy[Any]] = {
+    "on_dark": st.sampled_from(["pause", "restart", "lose"]),
+    "on_dark_flight": st.sampled_from(["arrive", "lose"]),
+    "rates": TIMES.map(lambda times: [[t, 100.0 + t] for t in times]),
+    "delays": TIMES.map(lambda times: [[t, 1.0 + t] for t in times]),
+    "loss": tables(LOSS_MODELS),
+    "loss_source": st.text(),
+    "jitter": tables(JITTERS),
+    "reorder": st.booleans(),
+    "queue_limit": st.integers(0, 9),
+    "discipline": st.sampled_from(sorted(DISCIPLINES)),
+    "drop": st.sampled_from(["tail", "head"]),
+    "priorities": st.dictionaries(st.sampled_from(["mirror", "request", "ack"]), st.integers(-3, 3)),
+    "budget_bits": st.integers(20_000, 10**9),
+    "mtu_bytes": st.sampled_from([0, 1501, 9000]),
+    "delivery": tables(DELIVERIES),
+    "by_state": st.just([{"state": "STATE_END", "rate_bps": 64.0}]),
+    "alternating": st.just(
+        [{"for_s": 60.0, "rate_bps": 1e6, "delay_s": 0.05}, {"for_s": 9.0, "rate_bps": 1e3, "delay_s": 1}]
+    ),
+}
+
+
 @st.composite
-def directions(draw: st.DrawFn) -> dict[str, object]:
-    gaps = draw(st.lists(st.floats(1e-3, 1e4), max_size=6))
-    times = list(accumulate(gaps))
-    windows = [list(pair) for pair in zip(times[::2], times[1::2], strict=False)]
+def windows(draw: st.DrawFn) -> list[list[float]]:
+    times = list(accumulate(draw(st.lists(st.floats(1e-3, 1e4), max_size=6))))
+    found = [list(pair) for pair in zip(times[::2], times[1::2], strict=False)]
     endless: bool = draw(st.booleans())
-    if windows and endless:
-        windows[-1][1] = math.inf
-    return {
+    if found and endless:
+        found[-1][1] = math.inf
+    return found
+
+
+@st.composite
+def directions(draw: st.DrawFn, whole: bool) -> dict[str, object]:
+    needed = {
         "rate_bps": draw(st.floats(min_value=1e-3, max_value=1e12)),
         "delay_s": draw(st.floats(min_value=0.0, max_value=1e6)),
-        "delay_source": draw(st.text()),
-        "header_bytes": draw(st.integers(0, 1500)),
-        "blackouts": windows,
     }
+    keys: set[str] = draw(st.sets(st.sampled_from(sorted(EXTRAS)), max_size=4))
+    # What contradicts is refused; see the tests of links.
+    keys -= {"rates", "delays", "by_state"} if "alternating" in keys or not whole else set()
+    keys -= {"by_state"} if "rates" in keys else set()
+    dark = {"dark": draw(tables(DARK_MODELS))} if draw(st.booleans()) else {"blackouts": draw(windows())}
+    plain = {"delay_source": draw(st.text()), "header_bytes": draw(st.integers(0, 1500))}
+    return (needed if whole else {}) | dark | plain | {key: draw(EXTRAS[key]) for key in sorted(keys)}
+
+
+@st.composite
+def links(draw: st.DrawFn) -> dict[str, object]:
+    preset = draw(st.one_of(st.none(), st.sampled_from(sorted(PRESETS))))
+    made: dict[str, object] = {"clock": draw(st.sampled_from(["wall", "simulated"]))}
+    made |= {} if preset is None else {"preset": preset}
+    made |= draw(st.sampled_from([{}, {"delivery": "custody"}, {"delivery": {"model": "stop_and_wait", "tries": 3}}]))
+    return made | {name: draw(directions(preset is None)) for name in ("up", "down")}
 
 
 @st.composite
@@ -238,17 +293,23 @@ def scenarios(draw: st.DrawFn) -> Scenario:
             "seed": draw(st.integers(0, 2**63 - 1)),
             "autonomy": draw(st.sampled_from(sorted(AUTONOMY))),
             "pacing": draw(st.sampled_from(sorted(PACINGS))),
-            "time_limit_s": draw(st.floats(min_value=1e-6, max_value=1e6)),
+            "time_limit_s": draw(st.floats(min_value=1e-6, max_value=1e4)),
             "world": {"layout": draw(st.sampled_from(["random", 1, 2, 3, 4, 5]))},
-            "link": {"up": draw(directions()), "down": draw(directions())},
+            "link": draw(links()),
         }
     )
 
 
 @given(scenarios())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_a_scenario_survives_being_written_and_read(scenario: Scenario) -> None:
     text = scenario_to_toml(scenario)
+    # Whether a link can deliver is asked of any scenario, not of its text.
+    if asked := link_problems(scenario):
+        with pytest.raises(BadInput) as refused:
+            read_scenario(text, "again")
+        assert {(p.what, p.hint) for p in refused.value.problems} == {(p.what, p.hint) for p in asked}
+        return
     again = read_scenario(text, "again")
     assert again == scenario
     assert scenario_to_toml(again) == text
@@ -323,12 +384,3 @@ def test_canonical_toml_says_everything_so_that_a_log_repeats_its_run() -> None:
 def test_a_number_with_too_many_digits_is_found_by_its_line():
     with pytest.raises(BadInput, match=r"a\.toml:2:1: is not TOML: a whole number has too many digits"):
         read_scenario(f"schema = 1\nseed = {'9' * 5000}\n", "a.toml", "a")
-
-
-def test_a_link_on_the_wall_s_clock_is_faster_and_nearer_in_simulated_seconds():
-    """At a tenth of real time, 10 s on the wall are 1 s, and 380 bit/s are 3800 bits a simulated second."""
-    wall = load_scenario("src-dish", {"link.clock": "wall", "link.real_time_factor": 0.1})
-    up = direction_settings(wall.link, wall.link.up)
-    assert (up.delay_s, up.rate_bps) == pytest.approx((1.0, 3800.0))
-    own = load_scenario("src-dish")
-    assert direction_settings(own.link, own.link.up).delay_s == 10.0

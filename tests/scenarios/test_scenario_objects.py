@@ -1,7 +1,5 @@
 """A scenario's values reach the parts of the simulator unchanged."""
 
-import math
-
 import pytest
 
 from teleop_sim.core.errors import UnknownName
@@ -11,7 +9,6 @@ from teleop_sim.scenarios.files import load_scenario
 from teleop_sim.scenarios.names import AUTONOMY, PACINGS, WORLDS
 from teleop_sim.scenarios.objects import (
     autonomy_level,
-    direction_settings,
     dish_settings,
     operator_policy,
     operator_timing,
@@ -19,13 +16,6 @@ from teleop_sim.scenarios.objects import (
 from teleop_sim.scenarios.schema import World
 from teleop_sim.world.dish_draw import DishSettings
 from teleop_sim.world.dish_layout import LAYOUT_IDS
-
-
-def test_a_direction_of_the_link_keeps_its_figures() -> None:
-    scenario = load_scenario("src-dish", {"link.up.blackouts": [[60, 120], [300.0, math.inf]]})
-    made = direction_settings(scenario.link, scenario.link.up)
-    assert (made.rate_bps, made.delay_s, made.header_bytes) == (380.0, 10.0, 40)
-    assert made.blackouts == ((60.0, 120.0), (300.0, math.inf))
 
 
 def test_a_scenario_that_says_nothing_of_the_world_gets_the_world_s_own_defaults() -> None:
