@@ -170,7 +170,8 @@ class _Bench:
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
-        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, to_station, emit)
+        beat_s = scenario.link.heartbeat_s
+        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, beat_s, to_station, emit)
         self.robot = robot
         self.station = Supervisor(
             self.env,
