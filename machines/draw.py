@@ -112,8 +112,9 @@ class _Drawing:
 
     def _cluster(self, node: Node, parent: Node, depth: int) -> Iterator[tuple[int, str]]:
         element, around = node.element, any(self.machine.net.inside(n, node.number) for n in self.active)
-        at_once = isinstance(element, Concurrence)
-        label = f"{element.name} (all at once; ends {_ENDS_WHEN[element.finish]})" if at_once else element.name
+        label, at_once = element.name, isinstance(element, Concurrence)
+        if isinstance(element, Concurrence):
+            label += f" (all at once; ends {_ENDS_WHEN[element.finish]})"
         if isinstance(element, Group) and element.priority:
             label += " (suspends all others)"
         fill = _ACTIVE if node.number in self.active else _AROUND if around else _SHADES[depth % 2]

@@ -1,9 +1,9 @@
 """Machines as plain tables, texts and numbers, and back: what a TOML file and a patch on the link are made of.
 
 What equals its default is left out. Keys are called as the attributes of ``elements`` and ``declare.Machine``, but for
-``to`` (an edge's next state; none in a concurrence, where an outcome parks the child). An element with ``finish`` is a
-concurrence, one with ``states`` a group, any other a state. A threshold is one of ``THRESHOLDS``. Of values, an unset one
-is ``{none = true}`` and one that stands for a parameter ``{given = "name"}``. Reading runs nothing of what it reads.
+``to``, an edge's next state (none in a concurrence, where an outcome parks the child). An element with ``finish`` is a
+concurrence, one with ``states`` a group, any other a state. A threshold is one of ``THRESHOLDS``. A value that is unset
+is ``{none = true}``, one that stands for a parameter ``{given = "name"}``. Reading runs nothing of what it reads.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from types import MappingProxyType
 from typing import cast, get_args
 
-from teleop_sim.core.errors import BadInput
+from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.elements import (
     INHERIT,
@@ -25,7 +25,6 @@ from teleop_sim.machines.elements import (
     Given,
     Group,
     Kind,
-    Pairs,
     Parameter,
     RaisedBy,
     Row,
@@ -73,7 +72,7 @@ def read_machine(table: Table) -> Machine | None:
         "writes": table.texts("writes"),
     }
     parameters = tuple(_read_parameter(inner) for inner in table.tables("parameters"))
-    data, edges, states = read_values(table, "data"), read_edges(table), read_elements(table)
+    data, edges, states = table.holdings("data"), read_edges(table), read_elements(table)
     table.close()
     if table.problems:
         return None
@@ -133,7 +132,7 @@ def element_plain(element: Element) -> Plain:
     if isinstance(element, Group):
         plain |= _short(start=element.start, priority=element.priority)
     else:
-        rules = [{"outcome": rule.outcome, "needs": [list(need) for need in rule.needs]} for rule in element.rules]
+        rules = [{"outcome": rule.outcome, "needs": _pairs_plain(rule.needs)} for rule in element.rules]
         plain |= _short(finish=element.finish, default=element.default, rules=rules)
     return plain | {
         "edges": [edge_plain(edge) for edge in element.edges],
@@ -165,9 +164,9 @@ def _read_group(table: Table) -> Group:
         states=read_elements(table),
         edges=read_edges(table),
         outcomes=table.texts("outcomes"),
-        reads=_read_pairs(table, "reads"),
-        writes=_read_pairs(table, "writes"),
-        data=read_values(table, "data"),
+        reads=table.names("reads"),
+        writes=table.names("writes"),
+        data=table.holdings("data"),
         priority=table.flag("priority"),
     )
 
@@ -181,14 +180,14 @@ def _read_concurrence(table: Table) -> Concurrence:
         finish=cast(Finish, table.choice("finish", get_args(Finish), None)),
         rules=tuple(_read_rule(inner) for inner in table.tables("rules")),
         default=table.text("default"),
-        reads=_read_pairs(table, "reads"),
-        writes=_read_pairs(table, "writes"),
-        data=read_values(table, "data"),
+        reads=table.names("reads"),
+        writes=table.names("writes"),
+        data=table.holdings("data"),
     )
 
 
 def _read_rule(table: Table) -> Rule:
-    rule = Rule(table.text("outcome", None), _read_pairs(table, "needs"))
+    rule = Rule(table.text("outcome", None), table.names("needs"))
     table.close()
     return rule
 
@@ -218,9 +217,9 @@ def _read_state(table: Table) -> State:
         action=table.text("action"),
         decides=table.flag("decides"),
         suggests=table.text("suggests"),
-        reads=_read_pairs(table, "reads"),
-        writes=_read_pairs(table, "writes"),
-        parameters=read_values(table, "parameters"),
+        reads=table.names("reads"),
+        writes=table.names("writes"),
+        parameters=table.holdings("parameters"),
         outcomes=table.texts("outcomes"),
     )
 
@@ -252,8 +251,10 @@ def _parameter_plain(parameter: Parameter) -> Plain:
 
 
 def _read_parameter(table: Table) -> Parameter:
-    choices = tuple(cast(Value, v) for v in table.values("choices"))
-    parameter = Parameter(table.text("name", None), cast(Value, table.value("default")), choices)
+    default, choices = table.value("default"), table.values("choices")
+    if any(isinstance(value, Given) for value in (default, *choices)):
+        table.problems.append(Problem(table.where, "stands for a parameter", "Give the parameter a value of its own."))
+    parameter = Parameter(table.text("name", None), cast(Value, default), cast(tuple[Value, ...], choices))
     table.close()
     return parameter
 
@@ -270,15 +271,6 @@ def _pairs_plain(pairs: Iterable[tuple[str, object]], plain: Callable[..., objec
     listed = [[key, plain(value)] for key, value in pairs]
     table = {str(key): value for key, value in listed}
     return table if len(table) == len(listed) else listed
-
-
-def _read_pairs(table: Table, key: str) -> Pairs:
-    return tuple((name, str(value)) for name, value in table.pairs(key, str))
-
-
-def read_values(table: Table, key: str) -> tuple[tuple[str, Value | Given], ...]:
-    """Keys or parameters with their values."""
-    return tuple((name, cast(Value | Given, value)) for name, value in table.pairs(key, object))
 
 
 def _short(**fields: object) -> Plain:
