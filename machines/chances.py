@@ -119,7 +119,7 @@ def chance_problems(machine: Machine, chances: Chances) -> Iterator[Problem]:
             yield unknown_name(f"{at}: answers to {kind}", path, machine.state_names)
         else:
             events = tuple(e.event for e in machine.outcomes_of(path)) if path else machine.events
-            yield from _alternatives(where, alternatives, (*events, *((CONFIRM, REJECT) if kind == "confirm" else ())))
+            yield from _alternatives(where, alternatives, (*events, *((CONFIRM, REJECT) if kind != "manual" else ())))
 
 
 def _alternatives(where: str, alternatives: Alternatives, known: tuple[str, ...]) -> Iterator[Problem]:

@@ -112,8 +112,8 @@ class Ways:
         counting: of D.
 
     Concurrent tasks race: of those that come at the same nanosecond, the one declared first. Their times must be fixed.
-    People answer each request as if it were the only one. A program in a state that a priority container suspends
-    begins anew afterwards.
+    People answer each request as if it were the only one. While a container of priority is active, answers to requests
+    outside it wait, and programs outside it are stopped and begin anew afterwards.
 
     """
 
@@ -125,7 +125,7 @@ class Ways:
     def begin(self) -> Situation:
         """Where the machine begins."""
         start = self.machine.net.begin()
-        return Situation(start, self._fresh(start.active))
+        return Situation(start, self._tasks(start, (), start.active))
 
     def missing(self, now: Situation) -> tuple[str, ...]:
         """States at work whose programs the table does not know."""
@@ -156,14 +156,19 @@ class Ways:
 
     def _running(self, now: Situation) -> tuple[Task, ...]:
         """Tasks of which something can come now."""
+        priorities = self._priorities(now.configuration)
+        return tuple(t for t in now.tasks if self._alternatives(t) and not self._suspended(t.node, priorities))
+
+    def _priorities(self, now: Configuration) -> frozenset[int]:
+        """Active containers of priority."""
         net = self.machine.net
-        going = tuple(task for task in now.tasks if self._alternatives(task))
-        for task in now.tasks:
-            for node in net.containers(task.node):
-                element = net.nodes[node].element
-                if isinstance(element, Group) and element.priority:
-                    return tuple(t for t in going if net.inside(t.node, node))
-        return going
+        if not net.has_priority:
+            return frozenset()
+        around = (c for n in now.active for c in (n, *net.containers(n)))
+        return frozenset(c for c in around if isinstance(e := net.nodes[c].element, Group) and e.priority)
+
+    def _suspended(self, node: int, priorities: frozenset[int]) -> bool:
+        return any(not self.machine.net.inside(node, p) for p in priorities)
 
     def _alternatives(self, task: Task) -> Alternatives:
         path = self._path(task.node)
@@ -204,19 +209,24 @@ class Ways:
         if task.kind == WORK:
             if what == FELL:
                 return (Option(FALLEN, (), False),)
+            if task.edge >= 0:
+                return (self._take(now, task.edge, "", Option(now, (), False)),)
             edges = self.counting.edges(now.memory, task.node, what)
             return tuple(self._raised(now, edge, what, Option(now, (), False)) for edge in edges)
+        if what in (CONFIRM, REJECT) and task.edge < 0:
+            where = f"chances of machine {self.machine.name}: answers to {task.kind} {self._path(task.node)}"
+            raise BadInput((Problem(where, f"{what}, but nothing is suggested", "Name events."),))
         if what == CONFIRM:
             return (self._take(now, task.edge, task.signal, Option(now, (), False)),)
         if what == REJECT:
             return (Option(self._again(now, task.node), (), False),)
         edge = self.machine.edge_index(self._path(task.node), what)
-        return (self._take(now, edge, "", Option(now, (), task.kind != "decide")),)
+        return (self._take(now, edge, "", Option(now, (), True)),)
 
     def _again(self, now: Situation, node: int) -> Situation:
         move = self.machine.net.again(now.configuration, node)
-        rest = tuple(task for task in now.tasks if task.node != node)
-        return Situation(move.configuration, tuple(sorted((*rest, *self._fresh(move.entered)))), now.memory)
+        rest = (task for task in now.tasks if task.node != node)
+        return Situation(move.configuration, self._tasks(move.configuration, rest, move.entered), now.memory)
 
     def _raised(self, now: Situation, edge: int, signal: str, so_far: Option) -> Option:
         """An outcome that has come: it passes, or it is suggested."""
@@ -234,9 +244,10 @@ class Ways:
         end = self._end(move.configuration, net.edges[edge].kind == "command")
         if end is not None:
             return Option(end, edges, so_far.manual)
-        rest = tuple(task for task in now.tasks if task.node not in move.left)
-        then = Situation(move.configuration, tuple(sorted((*rest, *self._fresh(move.entered)))), memory)
-        manual = so_far.manual or any(self.counting.manual(memory, node) for node in move.entered)
+        rest = (task for task in now.tasks if task.node not in move.left)
+        then = Situation(move.configuration, self._tasks(move.configuration, rest, move.entered), memory)
+        begun = move.entered if move.raised < 0 else (net.source[move.raised],)
+        manual = so_far.manual or any(self.counting.manual(memory, node) for node in begun)
         option = Option(then, edges, manual)
         return self._raised(then, move.raised, "", option) if move.raised >= 0 else option
 
@@ -248,9 +259,14 @@ class Ways:
         name = next((path for path in found if path in self.machine.ends), None)
         return None if name is None else End(name, not command)
 
-    def _fresh(self, nodes: Iterable[int]) -> tuple[Task, ...]:
-        """Tasks of states that are entered."""
-        return tuple(Task(node, *self._kind(node)) for node in nodes)
+    def _tasks(self, now: Configuration, rest: Iterable[Task], entered: Iterable[int]) -> tuple[Task, ...]:
+        """What goes on, with states that are entered; programs that are suspended have yet to begin."""
+        priorities = self._priorities(now)
+        rest = (
+            t._replace(drawn=-1, left_ns=0) if t.kind == WORK and self._suspended(t.node, priorities) else t
+            for t in rest
+        )
+        return tuple(sorted((*rest, *(Task(node, *self._kind(node)) for node in entered))))
 
     def _kind(self, node: int) -> tuple[str, int]:
         leaf, net = self.machine.net.nodes[node].element, self.machine.net
@@ -261,7 +277,7 @@ class Ways:
             return WORK, -1
         edge = net.number(net.nodes[node].path, leaf.suggests)
         passes = edge is not None and net.edges[edge].passes(self.level)
-        return (WORK, -1) if passes else ("decide", -1 if edge is None else edge)
+        return (WORK if passes else "decide"), -1 if edge is None else edge
 
     def _path(self, node: int) -> str:
         return self.machine.net.nodes[node].path
