@@ -39,9 +39,9 @@ class Look:
     Attributes:
         active: where it is now: highlighted.
         level: 0 to 3: what waits for a person at that level is dashed; None: all lines are whole.
-        commands: also the outcomes that only an operator raises.
-        stubs: lines to a state to which many lead end in a box with its name, and where only an operator leads is
-            written into the state; otherwise each is a line of its own.
+        commands: also those outcomes of kind ``command`` that no decision asks for.
+        stubs: lines to a state to which many lead end in a box with its name, and commands are written into
+            their state; otherwise each is a line of its own.
 
     """
 
@@ -79,7 +79,7 @@ class _Drawing:
     def edges(self) -> tuple[tuple[int, Edge], ...]:
         """Those that are drawn, with their numbers."""
         table = enumerate(self.machine.net.edges)
-        return tuple((i, e) for i, e in table if self.look.commands or e.raised_by != "operator")
+        return tuple((i, e) for i, e in table if self.look.commands or not self._command(i, e))
 
     @cached_property
     def hubs(self) -> frozenset[int]:
@@ -141,13 +141,18 @@ class _Drawing:
         looks = {"shape": "oval" if end else "box", "penwidth": "3" if _begins(node, parent) else "1"}
         return attributes(f"n{node.number}", label=label, fillcolor=fill, **looks)
 
+    def _command(self, number: int, edge: Edge) -> bool:
+        """Is it a wish that a person may have? Where a person is asked to decide, it is what comes next."""
+        state = self.machine.net.nodes[self.machine.net.source[number]].element
+        return edge.kind == "command" and not (isinstance(state, State) and state.decides)
+
     def _written(self, number: int, edge: Edge) -> bool:
-        """Loops of a state, and an operator's jumps, are written into it: as lines they would hide the rest."""
+        """Loops of a state, and commands, are written into it: as lines they would hide the rest."""
         net = self.machine.net
         source, target = net.source[number], net.target[number]
         if target < 0 or not isinstance(net.nodes[source].element, State):
             return False
-        return target == source or (self.look.stubs and edge.raised_by == "operator")
+        return target == source or (self.look.stubs and self._command(number, edge))
 
     def _edge(self, number: int, edge: Edge) -> Iterator[str]:
         net = self.machine.net
@@ -164,7 +169,10 @@ class _Drawing:
             yield attributes(stub, label=name, shape="cds", fontsize="9", fillcolor="#eeeeee")
             yield attributes(f"{tail} -> {stub}", **looks)
         else:
-            yield attributes(f"{tail} -> n{net.nodes[target].entry[0]}", **looks, **_to_frame(net.nodes[target]))
+            # Graphviz cuts a line at a frame only if it comes from outside.
+            framed = not isinstance(net.nodes[target].element, State) and not net.inside(source.number, target)
+            into = {"lhead": f"cluster_{target}"} if framed else {}
+            yield attributes(f"{tail} -> n{net.nodes[target].entry[0]}", **looks, **into)
 
     def _outcomes(
         self, container: Node, source: Node, edge: Edge, leads_to: str
@@ -191,10 +199,6 @@ class _Drawing:
 
     def _tail(self, node: Node, event: str) -> str:
         return f"n{node.number}" if isinstance(node.element, State) else _oval(node, event)
-
-
-def _to_frame(node: Node) -> dict[str, str]:
-    return {} if isinstance(node.element, State) else {"lhead": f"cluster_{node.number}"}
 
 
 def _begins(node: Node, parent: Node) -> bool:

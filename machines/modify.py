@@ -85,7 +85,8 @@ def vanishing(
 ) -> tuple[str, ...]:
     """What a running machine would miss in a changed one; it can go on with it only if this is empty.
 
-    Active states, edges of parked children and those needed, (path, event), must still be there and run the same; an active concurrence must keep its children, for a new one would never have begun.
+    Active states, edges of parked children and those needed, (path, event), must still be there and run the same; an
+    active concurrence must keep its children, for a new one would never have begun.
 
     Returns:
         paths, and for edges ``path: event``.
