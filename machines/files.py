@@ -42,8 +42,8 @@ def load_machine(path: str | Path) -> Machine:
     """The machine that a TOML file declares.
 
     Raises:
-        BadInput: every mistake of the file, or everything that the checks find, with lines where they are known.
-        OSError: the file cannot be read.
+        BadInput: every mistake of the file, or everything that the checks find, with lines where they are known; or it
+            cannot be read.
 
     """
     try:
@@ -51,6 +51,8 @@ def load_machine(path: str | Path) -> Machine:
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise BadInput((Problem(f"{path}:{line}", "is not UTF-8", "Save the file as UTF-8."),)) from None
+    except OSError as error:
+        raise BadInput((Problem(str(path), f"cannot be read: {error.strerror}"),)) from None
     return parse_machine(text, str(path))
 
 

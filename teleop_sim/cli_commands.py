@@ -16,6 +16,7 @@ import typer
 from teleop_sim.cli_channel import channel_app
 from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
+from teleop_sim.cli_machines import machines_app
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ app = typer.Typer(
 scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check scenarios.")
 app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
+app.add_typer(machines_app, name="machines")
 
 
 def _complete_scenario(incomplete: str) -> list[str]:
