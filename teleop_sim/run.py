@@ -180,7 +180,7 @@ class _Bench:
             operator_timing(scenario.operator),
             streams("operator"),
             watch,
-            Briefing(round_trip_s=plan.round_trip_s, uplink_bps=plan.up.settings.rate_bps),
+            Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat_s),
             operator_policy(scenario.operator),
         )
 
