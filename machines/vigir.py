@@ -101,6 +101,17 @@ MENDINGS: Mapping[str, tuple[Mending, ...]] = MappingProxyType(
 )
 """What the originals lack, by behaviour. Everything else passes the checks as published."""
 
+ENDLESS_AT_FULL = MappingProxyType(
+    {
+        "turn_valve_thor": ("Manipulate_Valve/Decide_Repeat", "insert_again"),
+        "cut_hole_in_wall_atlas": ("Cut_Circle_in_Wall/Cut_Circle_in_Wall/Decide_Done_Cutting", "cut_more"),
+    }
+)
+"""Decisions that at level full repeat their suggestion until a person lowers the level or forces another outcome.
+
+That is as published: the suggestion's threshold is below full, and what is suggested is to go on.
+"""
+
 
 @cache
 def read_behaviour(behaviour: str, mend: bool = True) -> Machine:
