@@ -13,7 +13,7 @@ from teleop_sim.machines.elements import Concurrence, Edge, Element, Group, Stat
 from teleop_sim.machines.net import join, walk
 
 _DETOUR = 1000
-"""What an outcome costs that is no success, in outcomes: more than any machine here has states (assumed)."""
+"""What an outcome costs that is no success, in outcomes: more than any machine here has states."""
 
 
 def way(machine: Machine) -> dict[str, str]:
