@@ -165,20 +165,20 @@ def _declared(behaviour: str, path: str) -> dict[str, str]:
 
 
 def _container(behaviour: str, rows: Table, parameters: tuple[str, ...], path: str) -> Group:
-    here = {r["state"]: r for r in reversed(rows) if r["container"] == path}
-    own = {name: here[name] for name in dict.fromkeys(r["state"] for r in rows if r["container"] == path)}
+    own: dict[str, dict[str, str]] = {}
+    for r in rows:
+        if r["container"] == path:
+            own.setdefault(r["state"], r)
+    around = next((r for r in rows if join(r["container"], r["state"]) == path), {"reads": "", "writes": ""})
     return Group(
         name=path.rpartition("/")[2],
         start=next(name for name, r in own.items() if r["first"] == "1"),
         states=tuple(_element(behaviour, rows, parameters, path, r) for r in own.values()),
         edges=tuple(_edge(r) for r in rows if r["container"] == path),
         outcomes=_names(_declared(behaviour, path)["outcomes"]),
-        **_keys(next((r for r in rows if r["state"] and join(r["container"], r["state"]) == path), None)),
+        reads=_pairs(around["reads"]),
+        writes=_pairs(around["writes"]),
     )
-
-
-def _keys(r: dict[str, str] | None) -> dict[str, Pairs]:
-    return {} if r is None else {"reads": _pairs(r["reads"]), "writes": _pairs(r["writes"])}
 
 
 def _element(behaviour: str, rows: Table, parameters: tuple[str, ...], path: str, r: dict[str, str]) -> Element:
@@ -201,7 +201,8 @@ def _state(name: str, kind: str, parameters: tuple[str, ...], r: dict[str, str])
         suggests="" if suggests == "null" else suggests,
         parameters=tuple((key, _value(_parsed(text), parameters)) for key, text in told.items()),
         outcomes=outcomes,
-        **_keys(r),
+        reads=_pairs(r["reads"]),
+        writes=_pairs(r["writes"]),
     )
 
 
