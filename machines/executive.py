@@ -1,15 +1,16 @@
 """Runs a machine on the clock: starts programs, guards outcomes, keeps counts, asks and obeys the operator.
 
 It knows no robot and no link, takes no time of its own and polls nothing. What wins when two things meet is a table in
-docs/machine.md: a fall over everything, preempting over a pause, a pause over a lock, a lock over what is forced, that
-over what is confirmed, and that over what the level lets pass; among equals the first to arrive.
+docs/machine.md: a fall over everything, then preempting; what leaves more over what leaves less; a pause and a lock
+over every outcome that is not decided yet; a person over the level and over a program of the same instant; else the
+first to arrive.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from teleop_sim.core.errors import TeleopError
 from teleop_sim.core.records import Released
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.engine import check_level
@@ -17,7 +18,12 @@ from teleop_sim.machines.running import Result, Running
 from teleop_sim.machines.sync import Asked, Snapshot
 from teleop_sim.machines.visits import Answer, Pending, Signal, Start, Visit
 
+if TYPE_CHECKING:
+    from teleop_sim.machines.modify import Patch
+
 __all__ = ["Executive", "Pending", "Result", "Signal", "Start"]
+
+_WANTED = {"confirm": "a yes or no", "manual": "an event", "decide": "an event", "data": "data", "act": "an action"}
 
 
 class Executive(Running):
@@ -44,35 +50,36 @@ class Executive(Running):
 
     def confirm(self, request: int) -> None:
         """Let the suggested outcome pass, if the request is open and suggests one."""
-        visit = self._open(request, "confirm")
-        if visit is not None and visit.pending is not None:
-            if not visit.pending.event:
-                self._ignore(f"confirm {request}", "nothing is suggested: an event is asked for")
-            else:
-                self._accept(visit, Answer("confirmed"), request, "confirm", "answered")
+        visit = self._open(request)
+        if visit is None or visit.pending is None:
+            self._ignore(f"confirm {request}", "no such request is open")
+        elif not visit.pending.event:
+            self._ignore(f"confirm {request}", f"nothing is suggested: it asks for {_WANTED[visit.pending.kind]}")
+        else:
+            self._accept(visit, Answer("confirmed"), f"confirm {request}", visit.pending.event)
 
     def reject(self, request: int) -> None:
         """Refuse the suggested outcome: the state begins anew. Of an action in lieu of a state: hand back."""
-        visit = self._open(request, "reject")
-        if visit is not None and visit.pending is not None:
-            if visit.pending.kind in ("manual", "data") or (not visit.pending.event and visit.pending.kind != "act"):
-                self._ignore(f"reject {request}", "nothing is suggested: an event is asked for")
-            else:
-                self._accept(visit, Answer("rejected"), request, "reject", "answered")
+        visit = self._open(request)
+        if visit is None or visit.pending is None:
+            self._ignore(f"reject {request}", "no such request is open")
+        elif not visit.pending.event and visit.pending.kind != "act":
+            self._ignore(f"reject {request}", f"nothing is suggested: it asks for {_WANTED[visit.pending.kind]}")
+        else:
+            self._accept(visit, Answer("rejected"), f"reject {request}")
 
     def answer(self, request: int, data: object) -> None:
         """Give the data that a program has asked for."""
-        visit = self._open(request, "answer")
+        visit = self._open(request)
         if visit is None or visit.pending is None:
-            return
-        event = self._data.pop(request, None)
-        if event is None:
-            self._ignore(f"answer {request}", f"the request is of kind {visit.pending.kind}")
-            return
-        self.round_trips += 1
-        self._release(request, "answer", "answered", visit.path)
-        self._close(visit)
-        event.succeed(data)
+            self._ignore(f"answer {request}", "no such request is open")
+        elif (why := self._holds.refusal(visit.path)) is not None:
+            self._ignore(f"answer {request}", why)
+        elif not self._requests.give(visit, data):
+            self._ignore(f"answer {request}", f"not data is asked for, but {_WANTED[visit.pending.kind]}")
+        else:
+            self.round_trips += 1
+            self._release(request, f"answer {request}", "answered", visit.path)
 
     # Acts
 
@@ -85,28 +92,31 @@ class Executive(Running):
 
         """
         name = f"{path} {event}".strip()
-        if not self.running:
-            self._ignore(name, "the machine is not running")
-            return
         found = next((p for p in self._on_path() if path in ("", p) and self.machine.has_edge(p, event)), None)
+        if not self._works(name):
+            return
         if found is None:
             self._ignore(name, f"not declared for {self.state}")
-        elif (why := self._holds.refusal(found, event)) is None:
-            self._force(found, event, name)
-        else:
+        elif found in self._visits:
+            self._accept(self._visits[found], Answer("forced", event), name, event)
+        elif (why := self._holds.refusal(found, event)) is not None:
             self._ignore(name, why)
+        else:
+            self._release(0, name, "forced", found)
+            self._begin(self._engine.net.by_path[found], None, forced=event)
+            self._modes.show()
 
     def take_over(self, path: str) -> None:
         """The operator acts in lieu of an active state, until he forces an outcome or hands back by ``reject``."""
-        visit = self._visits.get(path)
-        if visit is None or visit.state is None or not self.running:
-            self._ignore(f"take over {path}", f"not at work: the machine is in {self.state}")
-        elif (why := self._holds.refusal(path)) is not None or visit.answer is not None or visit.over:
-            self._ignore(f"take over {path}", why or "already decided")
+        command, visit = f"take over {path}", self._visits.get(path)
+        if not self._works(command):
+            return
+        if visit is None or visit.state is None:
+            self._ignore(command, f"not at work: the machine is in {self.state}")
         elif visit.pending is not None and visit.pending.kind in ("act", "manual"):
-            self._ignore(f"take over {path}", "already in the operator's hands")
+            self._ignore(command, "already in the operator's hands")
         else:
-            self._accept(visit, Answer("taken_over"), 0, f"take over {path}", "taken over")
+            self._accept(visit, Answer("taken_over"), command)
 
     def set_level(self, level: int) -> None:
         """Set the autonomy level. Suggested outcomes that the new level lets pass, pass.
@@ -124,48 +134,64 @@ class Executive(Running):
     # Holding
 
     def lock(self, path: str) -> None:
-        """No outcome of this state or container is taken until it is unlocked."""
-        if self._known(path, "lock") and self._changes(
-            path not in self._holds.locks, f"lock {path}", "is locked already"
-        ):
+        """No outcome of this state or container, and none that leaves it, is taken until it is unlocked."""
+        command = f"lock {path}"
+        if not self._works(command) or not self._known(path, command):
+            return
+        if path in self._holds.locks:
+            self._ignore(command, "is locked already")
+        elif (leaving := self._holds.too_late(path)) is not None:
+            self._ignore(command, f"too late: {leaving} is decided")
+        else:
             self._holds.locks |= {path}
-            self._release(0, f"lock {path}", "locked", "")
+            self._release(0, command, "locked", "")
             self._voice.locked(self._engine.net.by_path[path], True)
 
     def unlock(self, path: str) -> None:
         """End a lock; what was held up is guarded anew."""
-        if self._known(path, "unlock") and self._changes(path in self._holds.locks, f"unlock {path}", "is not locked"):
-            self._holds.locks -= {path}
-            self._release(0, f"unlock {path}", "unlocked", "")
-            self._voice.locked(self._engine.net.by_path[path], False)
-            self._holds.release()
+        command = f"unlock {path}"
+        if not self._works(command) or not self._known(path, command):
+            return
+        if path not in self._holds.locks:
+            self._ignore(command, "is not locked")
+            return
+        self._holds.locks -= {path}
+        self._release(0, command, "unlocked", "")
+        self._voice.locked(self._engine.net.by_path[path], False)
+        self._holds.release()
 
     def pause(self) -> None:
         """Bring the robot to rest; nothing works and nothing passes until ``resume``."""
-        if self._changes(not self._holds.paused, "pause", "is paused already"):
-            self._holds.paused = True
-            self._release(0, "pause", "paused", "")
-            self._voice.paused(True)
-            self._holds.suspend()
+        if not self._works("pause"):
+            return
+        if self._holds.paused:
+            self._ignore("pause", "is paused already")
+            return
+        self._holds.paused = True
+        self._release(0, "pause", "paused", "")
+        self._voice.paused(True)
+        self._holds.suspend()
 
     def resume(self) -> None:
         """Go on: interrupted states begin anew, held outcomes are guarded anew."""
-        if self._changes(self._holds.paused, "resume", "is not paused"):
-            self._holds.paused = False
-            self._release(0, "resume", "resumed", "")
-            self._voice.paused(False)
-            self._holds.release()
+        if not self._works("resume"):
+            return
+        if not self._holds.paused:
+            self._ignore("resume", "is not paused")
+            return
+        self._holds.paused = False
+        self._release(0, "resume", "resumed", "")
+        self._voice.paused(False)
+        self._holds.release()
 
     # Ends
 
     def preempt(self) -> None:
         """Bring the robot to rest and end the machine."""
-        if not self.running or self._fallen is not None or self._preempted:
-            self._ignore("preempt", "the machine has ended")
-            return
-        self._preempted = f"preempted by the operator in {self.state}"
-        self._release(0, "preempt", "preempted", self.state)
-        self._end()
+        if self._works("preempt"):
+            self._ending.preempted = f"preempted by the operator in {self.state}"
+            self._release(0, "preempt", "preempted", self.state)
+            self._end()
 
     def fell(self, cause: str) -> None:
         """The robot is down, whoever noticed: the machine cannot recover."""
@@ -199,17 +225,15 @@ class Executive(Running):
         self._voice.snapshot()
 
     def modify(self, patch: Patch) -> None:
-        """Change the machine while it runs, if it is the one that the patch was made for and nothing active vanishes."""
-        from teleop_sim.machines.modify import Patch, apply, vanishing
+        """Change the machine while it runs, if the patch was made for it and nothing vanishes that is at work."""
+        # Late: few runs change their machine.
+        from teleop_sim.machines.renewal import renewed
 
-        try:
-            changed = apply(self.machine, patch)
-        except TeleopError as problem:
-            self._ignore("modify", str(problem).splitlines()[0])
+        if not self._works("modify"):
             return
-        gone = vanishing(self.machine, changed, self._engine.configuration, tuple(self._needed()))
-        if gone:
-            self._ignore("modify", f"{', '.join(gone)} would vanish while at work")
+        changed = renewed(self.machine, patch, self._engine.configuration, tuple(self._visits.values()))
+        if isinstance(changed, str):
+            self._ignore("modify", changed)
             return
         self._renew(changed)
         self._release(0, "modify", "modified", f"{changed.checksum:08x}")
@@ -224,31 +248,12 @@ class Executive(Running):
             visit.node = changed.net.by_path[visit.path]
             visit.state = None if visit.state is None else changed.leaf(visit.path)
 
-    def _needed(self) -> Iterator[tuple[str, str]]:
-        """Outcomes that are suggested, held or raised: (path, event)."""
-        for visit in self._visits.values():
-            if visit.pending is not None and visit.pending.event:
-                yield visit.path, visit.pending.event
-            if visit.held is not None:
-                yield visit.path, visit.held.event
-            if visit.answer is not None and visit.answer.kind == "forced":
-                yield visit.path, visit.answer.event
-            if visit.raised:
-                yield visit.path, visit.raised
-
     # Helpers
 
-    def _open(self, request: int, command: str) -> Visit | None:
-        """The visit whose request this is, if it may be answered now; if not, say so in the log."""
-        for visit in self._visits.values():
-            if visit.pending is not None and visit.pending.request == request and visit.answer is None:
-                why = self._holds.refusal(visit.path, visit.pending.event)
-                if why is not None:
-                    self._ignore(f"{command} {request}", why)
-                    return None
-                return visit
-        self._ignore(f"{command} {request}", "no such request is open")
-        return None
+    def _open(self, request: int) -> Visit | None:
+        """The visit whose request this is, if it is not decided."""
+        open_now = (v for v in self._visits.values() if v.pending is not None and not v.decided)
+        return next((v for v in open_now if v.pending is not None and v.pending.request == request), None)
 
     def _on_path(self) -> Iterator[str]:
         """Active states, then the containers around them, inner first."""
@@ -256,37 +261,31 @@ class Executive(Running):
         yield from (net.nodes[n].path for n in active)
         yield from (net.nodes[c].path for n in active for c in net.containers(n))
 
-    def _force(self, path: str, event: str, name: str) -> None:
-        visit = self._visits.get(path)
-        if visit is None:
-            self._release(0, name, "forced", path)
-            self._force_container(path, event)
-        elif visit.pending is not None:
-            self._accept(visit, Answer("forced", event), visit.pending.request, name, "answered")
-        else:
-            self._accept(visit, Answer("forced", event), 0, name, "forced")
-
-    def _accept(self, visit: Visit, answer: Answer, request: int, command: str, effect: str) -> None:
-        if visit.answer is not None or visit.over or self._fallen is not None:
-            self._ignore(command, "already decided")
+    def _accept(self, visit: Visit, answer: Answer, command: str, event: str = "") -> None:
+        """Hand an answer to a visit, unless something is against it; with the event that is to be taken, if any."""
+        why = "already decided" if visit.decided else self._holds.refusal(visit.path, event)
+        if why is not None:
+            self._ignore(command, why)
             return
-        self.round_trips += effect == "answered"
-        self._release(request, command, effect, visit.path)
+        takes = answer.kind == "taken_over"
+        answered = visit.pending is not None and not takes
+        self.round_trips += answered
+        request = visit.pending.request if visit.pending is not None and answered else 0
+        self._release(request, command, "answered" if answered else "taken over" if takes else "forced", visit.path)
         visit.wake(answer)
+
+    def _works(self, command: str) -> bool:
+        """Does the machine run? If not, the command is ignored."""
+        works = self.running and not self._ended.triggered
+        if not works:
+            self._ignore(command, "the machine has ended" if self._ended.triggered else "the machine does not run yet")
+        return works
 
     def _known(self, path: str, command: str) -> bool:
         known = bool(path) and path in self._engine.net.by_path
         if not known:
-            self._ignore(f"{command} {path}", f"the machine has no state {path}")
+            self._ignore(command, f"the machine has no state {path}")
         return known
-
-    def _changes(self, changes: bool, command: str, why: str) -> bool:
-        if not self.running or self._fallen is not None:
-            self._ignore(command, "the machine is not running")
-            return False
-        if not changes:
-            self._ignore(command, why)
-        return changes
 
     def _ignore(self, command: str, note: str) -> None:
         self._release(0, command, "ignored", note)

@@ -37,6 +37,13 @@ class Keys:
         inside, around = self._scopes[node.path], self._scopes[net.nodes[node.parent].path]
         around.update({outer: inside.get(own) for own, outer in node.element.writes})
 
+    def drop(self, node: int) -> None:
+        """The node is left, or begins anew: forget its scope and those inside it."""
+        net = self._machine.net
+        inside = (n.path for n in net.nodes[node : net.nodes[node].end])
+        for path in inside:
+            self._scopes.pop(path, None)
+
     def close(self, now: Configuration) -> None:
         """Forget the scopes of containers that are no longer active."""
         net = self._machine.net

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import simpy
@@ -11,7 +11,7 @@ import simpy
 from teleop_sim.machines.elements import State, Value
 
 How = Literal["autonomous", "confirmed", "forced"]
-AnswerKind = Literal["confirmed", "rejected", "forced", "autonomous", "suspended", "taken_over", "left", "over"]
+AnswerKind = Literal["confirmed", "rejected", "forced", "suspended", "taken_over", "left", "over"]
 
 
 class Signal(NamedTuple):
@@ -62,7 +62,7 @@ class Pending:
 
 @dataclass(frozen=True)
 class Answer:
-    """What ends a wait: an operator's answer, a level that is high enough, or something that ends the visit."""
+    """What ends a wait: an operator's answer, or something that ends the visit."""
 
     kind: AnswerKind
     event: str = ""
@@ -83,7 +83,7 @@ class Outcome:
 
 @dataclass(eq=False)
 class Visit:
-    """One active state, or a container that has ended inside and waits to be left.
+    """One active state, or a container that has ended inside and waits to be left, or that a person forces to be left.
 
     Attributes:
         node: its number; a modification of the machine may change it.
@@ -97,7 +97,8 @@ class Visit:
         pending: what is asked for it.
         program: what runs in it.
         process: the visit's own.
-        held: the outcome that waits for a lock or a pause to end.
+        held: the outcome that waits for a lock, a pause or a container of priority to end.
+        leaving: the outcome that is being taken, while what is left with it comes to rest.
         over: it is left, or the machine has ended.
 
     """
@@ -113,7 +114,8 @@ class Visit:
     pending: Pending | None = None
     program: simpy.Process | None = None
     process: simpy.Process | None = None
-    held: Outcome | None = field(default=None)
+    held: Outcome | None = None
+    leaving: Outcome | None = None
     over: bool = False
     waited_s: float = 0.0
 
@@ -122,12 +124,37 @@ class Visit:
         """Does its program run?"""
         return self.program is not None and bool(self.program.is_alive)
 
+    @property
+    def decided(self) -> bool:
+        """Is there nothing left to decide? A program that is brought to rest for a pause leaves everything open."""
+        answered = self.answer is not None and self.answer.kind != "suspended"
+        return answered or self.leaving is not None or self.over
+
+    def chosen(self) -> str:
+        """The event that was decided and is not taken yet; empty if there is none."""
+        if self.leaving is not None:
+            return self.leaving.event
+        if self.answer is None or self.over:
+            return ""
+        if self.answer.kind == "confirmed" and self.pending is not None:
+            return self.pending.event
+        return self.answer.event
+
     def wake(self, answer: Answer) -> None:
         """End the visit's wait; the first answer holds, but what ends the visit wins."""
         if answer.kind in ("left", "over"):
             self.over = True
             self.answer = answer
-        elif self.answer is None:
+        elif self.answer is None or self.answer.kind == "suspended":
             self.answer = answer
+        self.nudge()
+
+    def nudge(self) -> None:
+        """Let the visit look again at what it waits for."""
         if not self.called.triggered:
             self.called.succeed()
+
+    def wait(self) -> simpy.Event:
+        """The next nudge. Whoever waits looks first, and again afterwards."""
+        self.called = self.called.env.event()
+        return self.called
