@@ -13,7 +13,6 @@ counters may do. So each figure is an interval, whose ends are equal where every
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +23,9 @@ from teleop_sim.machines.chances import Chances, refuse_bad_chances
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.engine import check_level
 from teleop_sim.machines.extremes import Gain, extremes
+from teleop_sim.machines.net import Net
 from teleop_sim.machines.remembered import NOTHING, Counted, Uncounted
-from teleop_sim.machines.situations import NEVER, Branch, End, Option, Ways
+from teleop_sim.machines.situations import NEVER, End, Ways
 from teleop_sim.machines.solve import Solution, solve
 
 MOST_SITUATIONS = 20_000
@@ -158,7 +158,6 @@ class _Reader:
     begins_manual: bool
 
     def forecast(self) -> Forecast:
-        nodes = {n.path: n.number for n in self.machine.net.nodes[1:]}
         return Forecast(
             machine=self.machine.name,
             level=self.level,
@@ -171,14 +170,23 @@ class _Reader:
             completed_s=self.solution.completed_s,
             manual=self._manual(),
             ends=self._ends(),
-            visits={path: self._visits(node) for path, node in nodes.items()},
-            time_in_s={path: self._time_in(node) for path, node in nodes.items()},
+            visits=self._visits(),
+            time_in_s=self._times_in(),
         )
 
     def figure(self, gain: Gain) -> Figure:
         """Sum of a gain over all steps, with bounds for what was cut; infinite if it is gained again and again."""
-        gains = np.array([gain(s.branch, s.branch.options[0]) for s in self.chain.steps])
-        sure = float(self.solution.flow @ gains) if not gains[self.solution.lasts].any() else math.inf
+        steps = self.chain.steps
+        gains = np.fromiter((gain(s.branch, s.branch.options[0]) for s in steps), dtype=np.float64, count=len(steps))
+        return self._bounded(float(self._weighed(gains).sum()), gain)
+
+    def _weighed(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Gains by step, as often as it is taken."""
+        found = gains * self.solution.flow
+        found[self.solution.lasts & (gains > 0.0)] = math.inf
+        return found
+
+    def _bounded(self, sure: float, gain: Gain) -> Figure:
         if not self.chain.cut:
             return Figure(sure, sure)
         low, high = (self._beyond(extremes(self.whole, gain, sign)) for sign in (-1, 1))
@@ -187,12 +195,22 @@ class _Reader:
     def _beyond(self, values: NDArray[np.float64]) -> float:
         return float(sum(c * values[place] for c, place in zip(self.solution.cut, self.chain.cut, strict=True) if c))
 
-    def _visits(self, node: int) -> Figure:
-        source = self.machine.net.source
-        return self.figure(lambda _, o: float(sum(source[edge] == node for edge in o.edges)))
+    def _visits(self) -> dict[str, Figure]:
+        net = self.machine.net
+        pairs = [(k, net.source[e]) for k, s in enumerate(self.chain.steps) for e in s.branch.options[0].edges]
+        sure = self._by_node(pairs, np.ones(len(self.chain.steps)))
+        return {n.path: self._bounded(sure[n.number], _leaves(net, n.number)) for n in net.nodes[1:]}
 
-    def _time_in(self, node: int) -> Figure:
-        return self.figure(lambda b, _: b.mean_s if node in b.nodes else 0.0)
+    def _times_in(self) -> dict[str, Figure]:
+        pairs = [(k, n) for k, s in enumerate(self.chain.steps) for n in s.branch.nodes]
+        sure = self._by_node(pairs, np.array([s.branch.mean_s for s in self.chain.steps]))
+        return {n.path: self._bounded(sure[n.number], _stays(n.number)) for n in self.machine.net.nodes[1:]}
+
+    def _by_node(self, pairs: list[tuple[int, int]], gains: NDArray[np.float64]) -> list[float]:
+        """Sums by node over pairs (step, node)."""
+        step, node = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        weights = self._weighed(gains)[step]
+        return [float(x) for x in np.bincount(node, weights=weights, minlength=len(self.machine.net.nodes))]
 
     def _ends(self) -> tuple[tuple[End, Figure], ...]:
         leads = [o.target for branches in self.whole.branches for b in branches for o in b.options]
@@ -218,9 +236,17 @@ def _chance(figure: Figure) -> Figure:
     return Figure(min(1.0, figure.low), min(1.0, figure.high))
 
 
+def _leaves(net: Net, node: int) -> Gain:
+    return lambda _, o: float(sum(net.source[edge] == node for edge in o.edges))
+
+
+def _stays(node: int) -> Gain:
+    return lambda b, _: b.mean_s if node in b.nodes else 0.0
+
+
 def _completes(target: object) -> float:
     return float(isinstance(target, End) and target.completed)
 
 
-def _ending(end: End) -> Callable[[Branch, Option], float]:
+def _ending(end: End) -> Gain:
     return lambda _, o: float(o.target == end)
