@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -238,3 +240,14 @@ def test_the_json_schema_offers_every_model_and_no_null() -> None:
     assert schema["$defs"]["Link"]["then"]["properties"]["up"]["required"] == ["rate_bps", "delay_s"]
     # JSON has no inf, TOML no null.
     assert "null" not in json.dumps(schema, allow_nan=False)
+
+
+def test_the_example_of_the_page_is_a_scenario() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "link.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    scenario = read_scenario(example, "docs/link.md", "example")
+    assert "assumed" not in {
+        getattr(way, key) for way in (scenario.link.up, scenario.link.down) for key in ("loss_source", "dark_source")
+    }
+    # One in ten, as the example says: 0.03 / (0.03 + 0.25) of the packets.
+    assert link_plan(scenario, partial(stream, 1, 0)).up.settings.loss.mean_loss == pytest.approx(0.1, abs=0.01)
