@@ -103,8 +103,8 @@ def test_a_delivery_uses_the_way_back_and_tells_what_it_repeats() -> None:
     arrived = {name: rows_of(*both, "--delivery", name, given=alone)[0]["arrived_s"] for name in DELIVERIES}
     assert arrived["best_effort"] == "12.25"
     assert {arrived[name] for name in ("stop_and_wait", "selective_repeat", "custody")} == {"12.625"}
-    # A SYN of 40 bytes, 5 s up; its answer, 6.4 ms down. Till then four more SYN have gone out, the last up to 25 s. Then
-    # the ACK, 5 s, and the data, 58 bytes in 7.25 s.
+    # A SYN of 40 bytes, 5 s up; its answer, 6.4 ms down, comes at 25.0064 s. Till then four more SYN have gone out.
+    # Then the ACK, 5 s, and the data, 58 bytes in 7.25 s.
     assert arrived["tcp"] == "47.2564"
     lossy = rows_of(*both, "--delivery", "stop_and_wait", "--loss", "0.5", "--seed", "1")
     assert {row["outcome"] for row in lossy} == {"delivered"}
