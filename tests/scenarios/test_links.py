@@ -151,6 +151,7 @@ def test_every_registered_model_can_be_asked_for_and_is_written_back() -> None:
                 "a.toml:8:46: link.up.delivery.window: 0 messages on their way",
             ],
         ),
+        ('dark = { model = "drc_finals", off_s = [1] }', ["a.toml:8:32: link.up.dark.off_s[1]: is missing"]),
         ('on_dark = "wait"', ["a.toml:8:1: link.up.on_dark: 'wait' is not 'pause', 'restart' or 'lose'"]),
         ('discipline = "lifo"', ["a.toml:8:1: link.up.discipline: unknown name 'lifo'"]),
         ("priorities = { mirrer = 1 }", ["a.toml:8:1: link.up.priorities: unknown name 'mirrer'"]),
