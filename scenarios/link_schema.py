@@ -25,8 +25,8 @@ from teleop_sim.channel.queueing import DISCIPLINES
 from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused, source_of, unknown
 from teleop_sim.scenarios.registered import registered
 
-TOPICS = (*MESSAGES, "ack", "skip")
-"""What a packet can be about: a message, an acknowledgement, a number that was given up."""
+TOPICS = (*MESSAGES, "ack")
+"""What urgency can be given to: messages and acknowledgements."""
 
 
 def _window(value: tuple[float, float]) -> tuple[float, float]:

@@ -134,7 +134,9 @@ def _way_plan(scenario: Scenario, name: DirectionName, streams: Streams) -> WayP
     except BadInput as error:
         problems += error.problems
     if rates and settings.rates:
-        problems += (Problem(f"{where}.by_state", "stands beside rates in turn", "Give rate_bps, for other states."),)
+        problems += (
+            Problem(f"{where}.by_state", "stands beside rates in turn", "Give rate_bps: it holds in all other states."),
+        )
     if rates:
         settings = replace(settings, rates=((0.0, rates.get(_states(scenario)[0], settings.rate_bps)),))
     if problems:

@@ -16,6 +16,7 @@ import pytest
 import teleop_sim.channel
 from teleop_sim.channel.message import MESSAGES, Counts, Message, Number, Sized
 from teleop_sim.channel.messages import Request, decode_message, encode_message
+from teleop_sim.channel.picture_messages import Picture
 from teleop_sim.core.streams import stream
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
@@ -138,8 +139,8 @@ def test_every_command_has_a_skill_and_every_skill_a_command():
 def test_every_message_class_is_registered_under_its_own_topic():
     for module in pkgutil.iter_modules(teleop_sim.channel.__path__, "teleop_sim.channel."):
         __import__(module.name)
-    bases = (Counts, Number, Sized)
-    declared = {cls for base in (Message, *bases) for cls in base.__subclasses__()} - set(bases)
+    bases = (Message, Counts, Number, Picture, Sized)
+    declared = {kind for base in bases for kind in base.__subclasses__()} - {*bases}
     # A second class under one topic would push the first one out.
     assert {c for c in declared if c.__module__.startswith("teleop_sim.")} == set(MESSAGES.values())
 

@@ -378,3 +378,13 @@ def test_sequence_numbers_wrap(talk):
 
 def test_the_registry_has_it():
     assert DELIVERIES["tcp"] is Tcp
+
+
+@pytest.mark.parametrize(("give_up_s", "outcome"), [(924.6, "gave_up"), (math.inf, "delivered")])
+def test_a_handshake_over_mars_takes_more_patience_than_usual(talk, give_up_s, outcome):
+    # 12.5 minutes each way: the answer to the SYN comes after 1500 s.
+    mars = DirectionSettings(math.inf, 750.0)
+    s = talk.story(Tcp(give_up_s=give_up_s), mars, mars)
+    s.link.station.send("chat", b"x")
+    s.until()
+    assert [f.outcome for f in s.fates] == [outcome]

@@ -1,0 +1,167 @@
+"""Whole runs over links that lose, repeat, go dark and change: what the log then says. Costs about eight runs."""
+
+import math
+from collections import Counter
+from functools import cache
+from itertools import pairwise
+
+import pytest
+
+from teleop_sim import load_scenario
+from teleop_sim.channel.delivery import DELIVERIES
+from teleop_sim.core.errors import BadInput
+from teleop_sim.core.records import PacketEnded, Released, Requested, TransitionTaken
+from teleop_sim.log.load import load
+from teleop_sim.run import RunResult, run_scenario
+from teleop_sim.scenarios.files import read_scenario
+from teleop_sim.scenarios.links import link_problems
+
+SEED = 12
+"""A world that takes two turns of a handle: cheap runs."""
+
+DELAY_S, UP_BPS, HEADER_BYTES = 0.5, 4000.0, 40
+NEAR = {
+    "autonomy": "off",
+    "pacing": "eager",
+    "link.up.rate_bps": UP_BPS,
+    "link.up.delay_s": DELAY_S,
+    "link.down.delay_s": DELAY_S,
+}
+LOSSY = {f"link.{way}.loss": {"model": "bernoulli", "p": 0.2} for way in ("up", "down")}
+REPEATING = sorted(set(DELIVERIES) - {"best_effort"})
+
+
+@pytest.fixture(scope="module")
+def go(tmp_path_factory):
+    """Run src-dish near by with overrides, once for each label."""
+    folder = tmp_path_factory.mktemp("links")
+
+    @cache
+    def once(label: str) -> RunResult:
+        return run_scenario(load_scenario("src-dish", NEAR | wanted[label]), SEED, folder / label)
+
+    wanted: dict[str, dict[str, object]] = {}
+
+    def call(label: str, **overrides: object) -> RunResult:
+        wanted[label] = {key.replace("__", "."): value for key, value in overrides.items()}
+        return once(label)
+
+    return call
+
+
+def lossy(go, delivery: str) -> RunResult:
+    return go(f"lossy-{delivery}", link__delivery=delivery, **{k.replace(".", "__"): v for k, v in LOSSY.items()})
+
+
+def records(result: RunResult, kind: type):
+    return [r for r in load(result.log).records() if isinstance(r, kind)]
+
+
+def round_trips_s(result: RunResult) -> list[float]:
+    """From each request to its answer, as the field site knows it."""
+    asked_s = {r.request: r.t_s for r in records(result, Requested)}
+    return [r.t_s - asked_s[r.request] for r in records(result, Released) if r.effect == "answered"]
+
+
+@pytest.mark.parametrize("delivery", REPEATING)
+def test_what_a_link_loses_a_delivery_brings_across_and_only_the_round_trips_take_longer(go, delivery):
+    """T = T0 + the round trips: as over a link that loses nothing, apart from what each trip takes."""
+    clean, repaired = go("clean"), lossy(go, delivery)
+    assert clean.outcome == repaired.outcome == "completed", repaired.cause
+    trips, longer = round_trips_s(clean), round_trips_s(repaired)
+    assert len(longer) == len(trips) == repaired.round_trips >= 14
+    rest_s = repaired.completion_time_s - math.fsum(longer)
+    assert rest_s == pytest.approx(clean.completion_time_s - math.fsum(trips), abs=1e-6)
+    # No answer comes sooner than its bits: a header and at least a byte, there and back.
+    assert min(longer) > 2 * DELAY_S + 8 * (HEADER_BYTES + 1) / UP_BPS
+
+
+@pytest.mark.parametrize("delivery", REPEATING)
+def test_every_copy_is_a_packet_with_one_end_and_its_full_price(go, delivery):
+    result = lossy(go, delivery)
+    requests, answers = len(records(result, Requested)), result.operator_acts
+    for way, topic, messages in (("down", "request", requests), ("up", "confirm", answers)):
+        packets = [p for p in records(result, PacketEnded) if p.direction == way]
+        assert sorted(p.packet for p in packets) == list(range(len(packets)))
+        fates = Counter(p.outcome for p in packets)
+        assert fates["delivered"] + fates["dropped"] + fates["in_flight"] == len(packets)
+        assert {p.reason for p in packets if p.outcome == "dropped"} == {"lost"}
+        assert {p.size_bits - 8 * p.payload_bytes for p in packets} == {8 * HEADER_BYTES}
+        copies = sum(p.topic == topic for p in packets)
+        assert copies >= messages
+        # 0.2 of some hundred packets, seven standard deviations wide.
+        assert 0 < fates["dropped"] < 0.6 * len(packets)
+
+
+def test_what_nobody_repeats_is_lost_and_the_run_says_where_it_waits(go, laws):
+    """The request that the downlink loses is never asked again; the end tells the state that waits for its answer."""
+    result = lossy(go, "best_effort")
+    assert result.outcome == "censored"
+    assert result.cause.startswith("time limit of 1800 s reached in STATE_")
+    assert [p.topic for p in records(result, PacketEnded) if p.outcome == "dropped"].count("request") == 1
+    assert laws.broken_laws(load(result.log).records()) == []
+
+
+RESTLESS = {
+    "time_limit_s": 120.0,
+    "link.preset": "drc-trials-2013",
+    "link.clock": "wall",
+    "link.real_time_factor": 0.5,
+    "link.delivery": {"model": "custody", "window": 8},
+    "link.up": {"loss": {"model": "gilbert_elliott", "p_enter": 0.1, "p_leave": 0.5}, "mtu_bytes": 60},
+    "link.down": {
+        "dark": {"model": "random_gaps", "mean_light_s": 10.0, "mean_dark_s": 3.0},
+        "jitter": {"model": "normal", "sd_s": 0.02, "clip_s": 0.04},
+        "on_dark": "restart",
+        "discipline": "priority",
+        "priorities": {"request": 2, "ack": 3},
+    },
+}
+
+
+def test_everything_at_once_gives_the_same_bytes_twice_and_another_link_for_another_seed(tmp_path):
+    runs = [
+        run_scenario(
+            load_scenario("src-dish", {"autonomy": "off", "pacing": "eager"} | RESTLESS), seed, tmp_path / name
+        )
+        for name, seed in (("a", 1), ("b", 1), ("c", 2))
+    ]
+    first, again, other = (result.log.read_bytes() for result in runs)
+    assert first == again
+    dark = [load(result.log).blackouts for result in runs]
+    assert len(dark[0]) > 3
+    assert not dark[0].equals(dark[2])
+    assert first != other
+    urgent = {p.topic: p.priority for p in records(runs[0], PacketEnded) if p.direction == "down"}
+    assert (urgent["request"], urgent["ack"], urgent["log"]) == (2, 3, 0)
+    # The log's own scenario is the whole link, as it was.
+    written = read_scenario(load(runs[0].log).scenario_toml, "log")
+    assert link_problems(written) == ()
+    assert run_scenario(written, 1, tmp_path / "d").log.read_bytes() == first
+
+
+def test_a_rate_follows_the_machine_s_state(tmp_path):
+    slow, fast = 400.0, 50e3
+    by_state = [{"state": "STATE_DETECT_PANEL_COARSE", "rate_bps": fast}]
+    changes = {"link.down.rate_bps": slow, "link.down.by_state": by_state, "time_limit_s": 60.0, "autonomy": "full"}
+    result = run_scenario(load_scenario("src-dish", NEAR | changes), SEED, tmp_path)
+    moves = records(result, TransitionTaken)
+    edges = [(0.0, moves[0].state), *((m.t_s, m.next_state) for m in moves), (60.0, "")]
+    seen = set()
+    for p in (p for p in records(result, PacketEnded) if p.direction == "down" and p.outcome == "delivered"):
+        out_s = p.arrived_s - DELAY_S
+        for (from_s, state), (to_s, _) in pairwise(edges):
+            if from_s <= p.service_s and out_s <= to_s:
+                rate_bps = fast if state == by_state[0]["state"] else slow
+                assert p.serialisation_s == pytest.approx(p.size_bits / rate_bps, abs=1e-6)
+                seen.add(rate_bps)
+    assert seen == {slow, fast}
+
+
+def test_a_link_that_can_never_deliver_is_refused_before_a_log_is_begun(tmp_path):
+    whole = load_scenario("src-dish")
+    up = whole.link.up.model_copy(update={"budget_bits": 320})
+    dumb = whole.model_copy(update={"link": whole.link.model_copy(update={"up": up})})
+    with pytest.raises(BadInput, match="a budget of 320 bits is no more than one header"):
+        run_scenario(dumb, 1, tmp_path / "none")
+    assert not (tmp_path / "none").exists()
