@@ -70,10 +70,15 @@ def pack_patch(patch: Patch) -> bytes:
     """The bytes of a patch.
 
     Raises:
-        BadPatch: it is too large to be read again.
+        BadPatch: it could not be read again: too large, a threshold or a text that there is not.
 
     """
-    text = _text(patch)
+    try:
+        text = _text(patch)
+    except KeyError as error:
+        raise BadPatch(f"there is no threshold {error}") from None
+    except UnicodeEncodeError as error:
+        raise BadPatch(str(error)) from None
     if len(text) > MOST_BYTES:
         raise BadPatch(f"{len(text)} bytes before they are packed, more than {MOST_BYTES}")
     deflate = zlib.compressobj(9, zlib.DEFLATED, _DEFLATE, zdict=_WORDS)

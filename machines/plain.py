@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from types import MappingProxyType
 from typing import cast, get_args
 
-from teleop_sim.core.errors import BadInput, Problem
+from teleop_sim.core.errors import Problem
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.elements import (
     INHERIT,
@@ -276,9 +276,3 @@ def _pairs_plain(pairs: Iterable[tuple[str, object]], plain: Callable[..., objec
 def _short(**fields: object) -> Plain:
     """Without what is empty."""
     return {key: value for key, value in fields.items() if value not in ("", [], {}, False)}
-
-
-def refuse(table: Table) -> None:
-    """Raise ``BadInput`` with all that is wrong in a table, if anything is."""
-    if table.problems:
-        raise BadInput(tuple(table.problems))

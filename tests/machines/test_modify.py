@@ -246,9 +246,14 @@ def test_what_is_no_patch_is_refused_as_such(data: bytes):
         unpack_patch(data)
 
 
-def test_a_patch_that_nobody_could_read_is_not_packed():
-    with pytest.raises(BadPatch, match="more than"):
-        pack_patch(Patch(1, (SetData("", "k", "x" * patch_bytes.MOST_BYTES),)))
+@pytest.mark.parametrize(
+    "operation",
+    [SetData("", "k", "x" * patch_bytes.MOST_BYTES), SetThreshold("walk", "there", 4), SetData("", "k", "\ud800")],
+    ids=("large", "threshold", "surrogate"),
+)
+def test_a_patch_that_nobody_could_read_is_not_packed(operation: Operation):
+    with pytest.raises(BadPatch):
+        pack_patch(Patch(1, (operation,)))
 
 
 def test_a_checksum_sees_every_published_threshold():
