@@ -34,6 +34,7 @@ test: lint types unit
 
 bench: setup
 	$(BIN)/python benchmarks/link_rate.py
+	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 
 validate: setup

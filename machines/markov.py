@@ -13,6 +13,7 @@ counters may do. So each figure is an interval, whose ends are equal where every
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,104 +24,22 @@ from teleop_sim.machines.chances import Chances, refuse_bad_chances
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.engine import check_level
 from teleop_sim.machines.extremes import Gain, extremes
+from teleop_sim.machines.forecasts import Figure, Forecast
 from teleop_sim.machines.net import Net
 from teleop_sim.machines.remembered import NOTHING, Counted, Uncounted
-from teleop_sim.machines.situations import NEVER, End, Ways
+from teleop_sim.machines.situations import NEVER, Branch, End, Option, Ways
 from teleop_sim.machines.solve import Solution, solve
+
+__all__ = ["MOST_OUTLINE", "MOST_SITUATIONS", "Figure", "Forecast", "forecast"]
 
 MOST_SITUATIONS = 20_000
 """Situations that are followed; a few seconds."""
 
+Later = Callable[[Branch, Option, float], float]
+"""What a step adds, given how much of something else is still to come after it."""
+
 MOST_OUTLINE = 2_000
 """Situations there may be without counters."""
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A number that is known to lie between two; they are equal where it is exact."""
-
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float:
-        """The middle."""
-        return self.low if self.low == self.high else 0.5 * (self.low + self.high)
-
-    @property
-    def error(self) -> float:
-        """How far the middle may be off."""
-        return 0.0 if self.low == self.high else 0.5 * (self.high - self.low)
-
-    def __str__(self) -> str:
-        return f"{self.value:.6g}" + (f" ± {self.error:.2g}" if self.error else "")
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """What is to be expected of a machine.
-
-    Attributes:
-        machine: its name.
-        level: of autonomy.
-        situations: that were followed.
-        cut: chance of a way that leaves them; 0: all figures are exact.
-        time_s: mean time until it ends, whichever way, or until nobody answers [s].
-        sd_s: standard deviation of that time [s]; of the ways that are followed.
-        waits_s: of the mean time, with people only being waited for [s].
-        completed: chance that the task is executed.
-        completed_s: mean time of those that are [s]; of the ways that are followed.
-        manual: chance that it is ever in manual mode, or an event is ever forced.
-        ends: chance of each way to end, likeliest first; a fall is ``not recoverable``.
-        visits: mean number of times that each state is left, self-loops counted, by path.
-        time_in_s: mean time in each state [s], by path.
-
-    """
-
-    machine: str
-    level: int
-    situations: int
-    cut: float
-    time_s: Figure
-    sd_s: float
-    waits_s: Figure
-    completed: Figure
-    completed_s: float
-    manual: Figure
-    ends: tuple[tuple[End, Figure], ...]
-    visits: dict[str, Figure]
-    time_in_s: dict[str, Figure]
-
-    @property
-    def not_completed(self) -> Figure:
-        """Chance that it ends otherwise: it does not recover."""
-        return Figure(1.0 - self.completed.high, 1.0 - self.completed.low)
-
-    def chance_of(self, end: str) -> Figure:
-        """Chance of an end or outcome by its name, completed or not."""
-        found = [figure for (name, _), figure in self.ends if name == end]
-        return Figure(sum(f.low for f in found), min(1.0, sum(f.high for f in found)))
-
-    def __str__(self) -> str:
-        exact = "exact" if not self.cut else f"ways left out: {self.cut:.2g}"
-        ends = (f"  {end.name:30s} {'completed' if end.completed else 'failed':10s} {f}" for end, f in self.ends)
-        states = (
-            f"  {path:44s} {figure!s:>24s} {self.time_in_s[path]!s:>24s}"
-            for path, figure in self.visits.items()
-            if figure.high
-        )
-        lines = (
-            f"{self.machine} at level {self.level}: {self.situations} situations, {exact}",
-            f"time         {self.time_s} s, standard deviation {self.sd_s:.4g} s",
-            f"  waiting    {self.waits_s} s for people",
-            f"completed    {self.completed}, in the mean after {self.completed_s:.6g} s",
-            f"ever manual  {self.manual}",
-            "ends",
-            *ends,
-            f"  {'state':44s} {'visits':>24s} {'seconds':>24s}",
-            *states,
-        )
-        return "\n".join(lines)
 
 
 def forecast(machine: Machine, chances: Chances, level: int, most: int = MOST_SITUATIONS) -> Forecast:
@@ -164,10 +83,10 @@ class _Reader:
             situations=self.chain.followed,
             cut=float(self.solution.cut.sum()),
             time_s=self.figure(lambda b, _: b.mean_s),
-            sd_s=self.solution.sd_s,
+            sd_s=self._sd_s(),
             waits_s=self.figure(lambda b, _: b.mean_s if b.waits else 0.0),
             completed=_chance(self.figure(lambda _, o: _completes(o.target))),
-            completed_s=self.solution.completed_s,
+            completed_s=self._completed_s(),
             manual=self._manual(),
             ends=self._ends(),
             visits=self._visits(),
@@ -194,6 +113,57 @@ class _Reader:
 
     def _beyond(self, values: NDArray[np.float64]) -> float:
         return float(sum(c * values[place] for c, place in zip(self.solution.cut, self.chain.cut, strict=True) if c))
+
+    def _sd_s(self) -> Figure:
+        """By conditioning on the first step: what is squared is its time and all that is still to come."""
+        if self.solution.never:
+            return Figure(math.nan, math.nan)
+        (low, squares_low), (high, squares_high) = self._twice(
+            lambda b, _: b.mean_s, lambda b, _, later: b.square_s2 + (2.0 * b.mean_s * later if b.mean_s else 0.0)
+        )
+        lows, highs = max(0.0, squares_low - high**2), max(0.0, squares_high - low**2)
+        return Figure(math.sqrt(lows), math.sqrt(highs))
+
+    def _completed_s(self) -> Figure:
+        (low, times_low), (high, times_high) = self._twice(
+            lambda _, o: _completes(o.target),
+            lambda b, o, later: b.mean_s * (_completes(o.target) + later) if b.mean_s else 0.0,
+        )
+        if not high:
+            return Figure(math.nan, math.nan)
+        return Figure(times_low / high, times_high / low if low else math.inf)
+
+    def _twice(self, first: Gain, second: Later) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and most of a gain, and of a second one that depends on how much of the first is still to come."""
+        if not self.chain.cut:
+            found = self._nested(first, second, np.zeros(0), np.zeros(0))
+            return found, found
+        low, high = (self._nested(first, second, *self._beyond_twice(first, second, sign)) for sign in (-1, 1))
+        return low, high
+
+    def _beyond_twice(self, first: Gain, second: Later, sign: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        place = self.whole.place
+        once = extremes(self.whole, first, sign)
+
+        def later(option: Option) -> float:
+            return 0.0 if isinstance(option.target, End) else float(once[place[option.target]])
+
+        twice = extremes(self.whole, lambda b, o: second(b, o, later(o)), sign)
+        cut = np.array(self.chain.cut, dtype=np.intp)
+        return once[cut], twice[cut]
+
+    def _nested(
+        self, first: Gain, second: Later, once: NDArray[np.float64], twice: NDArray[np.float64]
+    ) -> tuple[float, float]:
+        if not (np.isfinite(once).all() and np.isfinite(twice).all()):
+            return math.inf, math.inf
+        pairs = [(s.branch, s.branch.options[0]) for s in self.chain.steps]
+        gains = np.array([first(b, o) for b, o in pairs])
+        return self.solution.nested(
+            gains,
+            lambda later: np.array([second(b, o, x) for (b, o), x in zip(pairs, later, strict=True)]),
+            (once, twice),
+        )
 
     def _visits(self) -> dict[str, Figure]:
         net = self.machine.net

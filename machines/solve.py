@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,23 +55,20 @@ class Solution:
         """By step, whether it is taken again and again for ever."""
         return np.asarray(self.lasting[self._a.source])
 
-    @property
-    def sd_s(self) -> float:
-        """Standard deviation of the time of the ways that are followed."""
-        if self.never:
-            return math.nan
-        a = self._a
-        squares = _backward(self.chain, a, self.lasting, a.square + 2.0 * a.mean * _onward(a, self._means))
-        return math.sqrt(max(0.0, float(squares[0] - self._means[0] ** 2)))
+    def nested(self, first: Array, second: Callable[[Array], Array], cut: tuple[Array, Array]) -> tuple[float, float]:
+        """Sum of a first gain, and of a second one that depends on how much of the first is still to come.
 
-    @property
-    def completed_s(self) -> float:
-        """Mean time of the ways that are followed and complete; NaN if none does."""
+        Args:
+            first: by step.
+            second: from the first's sum after each step to the second gain of that step.
+            cut: what both add up to from each situation on that is not followed.
+
+        """
         a = self._a
-        ends = np.array([s.end is not None and s.end.completed for s in self.chain.steps], dtype=np.float64)
-        chance = _backward(self.chain, a, self.lasting, ends)
-        weighed = _backward(self.chain, a, self.lasting, a.mean * (ends + _onward(a, chance)))
-        return float(weighed[0] / chance[0]) if chance[0] else math.nan
+        sums = _backward(self.chain, a, self.lasting, first + _onward(a, np.zeros(self.chain.followed), cut[0]))
+        gains = second(_onward(a, sums, cut[0]))
+        twice = _backward(self.chain, a, self.lasting, gains + _onward(a, np.zeros(self.chain.followed), cut[1]))
+        return float(sums[0]), float(twice[0])
 
     def ever(self, meets: Callable[[Step], bool]) -> tuple[float, float]:
         """Chance of ever taking such a step, and of leaving what is followed before."""
@@ -80,10 +76,6 @@ class Solution:
         a = self._a
         flow = _forward(self.chain, a, self.lasting, ~met)[a.source] * a.chance
         return float(flow[met].sum()), float(_cut(self.chain, a, flow * ~met).sum())
-
-    @cached_property
-    def _means(self) -> Array:
-        return _backward(self.chain, self._a, self.lasting, self._a.mean)
 
     @cached_property
     def _a(self) -> _Arrays:
@@ -97,8 +89,6 @@ class _Arrays:
     source: NDArray[np.intp]
     target: NDArray[np.intp]
     chance: Array
-    mean: Array
-    square: Array
 
 
 def solve(chain: Chain) -> Solution:
@@ -114,8 +104,6 @@ def _arrays(chain: Chain) -> _Arrays:
         np.array([s.source for s in steps], dtype=np.intp),
         np.array([s.target for s in steps], dtype=np.intp),
         np.array([s.branch.chance for s in steps]),
-        np.array([s.branch.mean_s for s in steps]),
-        np.array([s.branch.square_s2 for s in steps]),
     )
 
 
@@ -169,12 +157,10 @@ def _backward(chain: Chain, a: _Arrays, lasting: NDArray[np.bool_], gain: Array)
     return np.asarray(splu(_stays(chain, a, lasting, kept)).solve(mean), dtype=np.float64)
 
 
-def _onward(a: _Arrays, values: Array) -> Array:
-    """By step, the value at its target; zero at ends and outside."""
-    inside = (a.target >= 0) & (a.target < len(values))
-    found = np.zeros(len(a.target))
-    found[inside] = values[a.target[inside]]
-    return found
+def _onward(a: _Arrays, values: Array, cut: Array) -> Array:
+    """By step, the value at its target, also where it is not followed; zero at ends."""
+    # An end's target, -1, is the last.
+    return np.concatenate((values, cut, np.zeros(1)))[a.target]
 
 
 def _cut(chain: Chain, a: _Arrays, flow: Array) -> Array:

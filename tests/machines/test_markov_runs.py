@@ -96,7 +96,8 @@ def agree(chances: Chances, level: int, runs: int, seed: int) -> None:
     found = forecast(machine, chances, level)
     seen = [run(machine, chances, level, rng) for _ in range(runs)]
     assert within(found.time_s, [r.time_s for r in seen])
-    assert np.std([r.time_s for r in seen]) == pytest.approx(found.sd_s, rel=8.0 / math.sqrt(runs) + 0.01)
+    spread = float(np.std([r.time_s for r in seen]))
+    assert found.sd_s.low * (1 - 5.0 / math.sqrt(runs)) < spread < found.sd_s.high * (1 + 5.0 / math.sqrt(runs))
     assert within_counts(found.completed, [r.completed for r in seen])
     assert within_counts(found.manual, [r.manual for r in seen])
     # Of two dozen states, one may well lie just outside.
@@ -105,7 +106,7 @@ def agree(chances: Chances, level: int, runs: int, seed: int) -> None:
 
 
 def test_runs_of_the_dish_task_agree():
-    """2,000 runs here; as many as the issue asks for below. A deviation's own spread is that of heavy tails: 8/√n."""
+    """2,000 runs here; as many as the issue asks for below. A deviation's own is some 1/√n."""
     agree(table2_chances(), 3, 2_000, 1)
     agree(harsh(0.2), 1, 2_000, 2)
 
@@ -123,7 +124,8 @@ def test_what_is_left_out_is_bounded():
     before = math.inf
     for most in (20, 100, 500, 2_500):
         found = forecast(machine, chances, 3, most)
-        for now, then in ((found.time_s, best.time_s), (found.manual, best.manual), (found.completed, best.completed)):
+        for name in ("time_s", "sd_s", "waits_s", "completed", "completed_s", "manual"):
+            now, then = getattr(found, name), getattr(best, name)
             assert now.low <= then.low * (1 + 1e-12)
             assert then.high <= now.high * (1 + 1e-12)
         for path, figure in found.visits.items():
