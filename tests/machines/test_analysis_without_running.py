@@ -52,7 +52,7 @@ def test_an_outcome_that_a_container_never_comes_to():
     [("all", (("a", "no"), ("a", "odd"))), ("any", (("a", "odd"),)), ("map", (("a", "no"), ("a", "odd")))],
 )
 def test_outcomes_of_concurrent_states(finish, silent):
-    """Both must come to ``ok`` for ``ok``; if the first to come counts, the default is possible too, but never ``odd``."""
+    """Both must come to ``ok`` for ``ok``; if the first to come counts, the default can come too, never ``odd``."""
     edges = (Edge("x", "ok", "", 0), Edge("y", "ok", "", 0))
     needs = (("x", "ok"), ("y", "ok")) if finish != "any" else (("x", "ok"),)
     pair = Concurrence(
