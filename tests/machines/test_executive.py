@@ -5,92 +5,12 @@ from __future__ import annotations
 from dataclasses import astuple
 
 import pytest
-import simpy
+from scripted_site import REST_S, Site
 
 from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import ModeChanged, Released, Requested, TransitionTaken
 from teleop_sim.machines.declare import FELL, INHERIT, Counter, Edge, Machine, Row, State
-from teleop_sim.machines.executive import Executive, Signal
 from teleop_sim.machines.src_dish import src_dish
-
-REST_S = 0.25  # time that a scripted robot needs to come to rest
-
-
-class Site:
-    """A field site whose programs follow a script: state to list of (seconds, signal); the last entry repeats."""
-
-    def __init__(self, machine, script, level=3, answer_s=None):
-        self.env = simpy.Environment()
-        self.script = {state: list(steps) for state, steps in script.items()}
-        self.records, self.heard, self.started, self.interrupted = [], [], [], []
-        self.answer_s = answer_s
-        self.executive = Executive(self.env, machine, level, self.start, self, self.records.append)
-
-    def start(self, start):
-        self.started.append((self.env.now, start.path))
-        return self.env.process(self._program(start.path))
-
-    def _program(self, state):
-        steps = self.script[state]
-        seconds, signal = steps.pop(0) if len(steps) > 1 else steps[0]
-        try:
-            yield self.env.timeout(seconds)
-        except simpy.Interrupt as why:
-            self.interrupted.append((self.env.now, str(why.cause)))
-            yield self.env.timeout(REST_S)
-            return Signal("stopped")
-        return Signal(signal, f"after {seconds} s")
-
-    def transition(self, edge):
-        self.heard.append((self.env.now, "transition", edge))
-
-    def mode(self, mode):
-        self.heard.append((self.env.now, "mode", mode))
-
-    def level(self, level):
-        self.heard.append((self.env.now, "level", level))
-
-    def request(self, request, kind, node, edge):
-        self.heard.append((self.env.now, "request", request, kind, node, edge))
-        if self.answer_s is not None and kind == "confirm":
-            self.at(self.env.now + self.answer_s, lambda: self.executive.confirm(request))
-
-    def withdrawn(self, request):
-        self.heard.append((self.env.now, "withdrawn", request))
-
-    def paused(self, paused):
-        self.heard.append((self.env.now, "paused", paused))
-
-    def locked(self, node, locked):
-        self.heard.append((self.env.now, "locked", node, locked))
-
-    def snapshot(self):
-        self.heard.append((self.env.now, "snapshot", self.executive.snapshot()))
-
-    def told(self, what):
-        """The last word of a kind."""
-        return next(h for h in reversed(self.heard) if h[1] == what)
-
-    def line(self, text):
-        self.heard.append((self.env.now, text))
-
-    def at(self, when_s, act):
-        def later():
-            yield self.env.timeout(when_s - self.env.now)
-            act()
-
-        self.env.process(later())
-
-    def run(self, until_s=10_000.0):
-        self.process = self.env.process(self.executive.run())
-        self.env.run(until=simpy.AnyOf(self.env, [self.process, self.env.timeout(until_s)]))
-        return self.process.value if self.process.triggered else None
-
-    def of(self, kind):
-        return [r for r in self.records if isinstance(r, kind)]
-
-    def events(self):
-        return [r.event for r in self.of(TransitionTaken)]
 
 
 def chain(thresholds):
