@@ -1,7 +1,8 @@
 """A hypothesis strategy for machines: groups, concurrences, thresholds, counters, decisions, manual states, priority.
 
 Every machine passes the checks by construction: the children of a group form a chain from its start to its way out, and
-all other edges go wherever they like. Tests get this module from the fixture ``random_machines``.
+all other edges go wherever they like. A decision that passes by itself follows the chain, so that no machine goes round
+for ever in no time. Tests get this module from the fixture ``random_machines``.
 """
 
 from hypothesis import strategies as st
@@ -46,6 +47,19 @@ def machines(draw, deepest: int = 2, widest: int = 4) -> Machine:
     return Machine("random", "S0", children, edges, outcomes=OUTCOMES, goals=frozenset({"done"}))
 
 
+@st.composite
+def endless(draw, deepest: int = 2, widest: int = 4) -> Machine:
+    """A machine that begins again and again until a person stops it while it rests."""
+    states, edges = _group(draw, deepest, widest, OUTCOMES)
+    round_ = Group("Round", "S0", states, edges, OUTCOMES)
+    again = tuple(Edge("Round", outcome, "Rest", draw(inherited)) for outcome in OUTCOMES)
+    rest = (
+        Edge("Rest", "ok", "Round", draw(thresholds)),
+        Edge("Rest", "stop", "done", 3, "command", "operator"),
+    )
+    return Machine("endless", "Round", (round_, State("Rest", "work")), (*again, *rest), outcomes=("done",))
+
+
 def _group(draw, depth: int, widest: int, exits: tuple[str, ...]) -> tuple[tuple[Element, ...], tuple[Edge, ...]]:
     names = [f"S{k}" for k in range(draw(st.integers(1, widest)))]
     targets = st.sampled_from((*names, *exits))
@@ -74,7 +88,7 @@ def _child(draw, name: str, depth: int, widest: int) -> tuple[Element, Outcomes]
     if depth > 0 and shape == "concurrence":
         return _concurrence(draw, name, depth - 1, widest), both
     if shape == "decide":
-        suggests = draw(st.sampled_from(("", "ok", "no")))
+        suggests = "ok" if name.startswith("S") and draw(st.booleans()) else ""
         return State(name, decides=True, suggests=suggests), (("ok", "done"), ("no", "done"))
     if shape == "manual":
         return State(name, manual=True), (("ok", "command"), ("no", "command"))
