@@ -192,6 +192,12 @@ def closure(begin: Iterable[str], steps: Iterable[tuple[str, str]]) -> set[str]:
 def _ways(where: str, group: Group, ends: frozenset[str]) -> Iterator[Problem]:
     steps = tuple((e.state, e.next_state) for e in group.edges)
     reached = closure([group.start], steps)
+    for name in group.spare:
+        if name not in {child.name for child in group.states}:
+            yield unknown_name(f"{where}: spare", name, tuple(child.name for child in group.states))
+        elif name in reached:
+            yield Problem(f"{where}: spare: {name}", "is reached from the start", "Take it from the spare ones.")
+    reached |= closure(group.spare, steps)
     leads_out = closure((*ends, *group.outcomes), ((b, a) for a, b in steps))
     for child in group.states:
         here = join(where, child.name) if "/" in where else f"{where}: {child.name}"

@@ -24,7 +24,10 @@ def key_problems(at: str, top: Group) -> Iterator[Problem]:
             continue
         at_start = frozenset(key for key, _ in (*element.reads, *element.data))
         known = available(element, at_start)
+        spare = element.spare if isinstance(element, Group) else ()
         for child in element.states:
+            if child.name in spare:
+                continue
             where = f"{at}: {path}/{child.name}" if path else f"{at}: {child.name}"
             for own, key in child.reads:
                 if key not in known[child.name]:

@@ -99,6 +99,7 @@ class Machine:
         parameters: what may be chosen by ``given``.
         data: keys of the top and what they hold at the start.
         reads, writes: keys that an embedding container must give, and those that it gets.
+        spare: children of the top that are kept although nothing leads to them.
 
     Raises:
         BadInput: with every problem of the declaration (``checks.problems``).
@@ -116,6 +117,7 @@ class Machine:
     data: tuple[tuple[str, Value | Given], ...] = ()
     reads: tuple[str, ...] = ()
     writes: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         # Late: the checks are about the classes of this file.
@@ -128,7 +130,7 @@ class Machine:
         """The machine as a container; its name is empty."""
         keys = tuple((key, key) for key in self.writes)
         reads = tuple((key, key) for key in self.reads)
-        return Group("", self.start, self.states, self.edges, self.outcomes, reads, keys, self.data)
+        return Group("", self.start, self.states, self.edges, self.outcomes, reads, keys, self.data, spare=self.spare)
 
     @cached_property
     def net(self) -> Net:
@@ -279,7 +281,8 @@ def embed(
         raise BadInput((Problem(f"embed {name}", what, "Only a machine with outcomes can be embedded."),))
     start = {key: machine.value(value) for key, value in machine.data} | dict(data)
     states = tuple(_resolved(machine, element) for element in machine.states)
-    return Group(name, machine.start, states, machine.edges, machine.outcomes, reads, writes, tuple(start.items()))
+    top = machine.top
+    return replace(top, name=name, states=states, reads=reads, writes=writes, data=tuple(start.items()))
 
 
 def _resolved(machine: Machine, element: Element) -> Element:

@@ -183,6 +183,7 @@ class Group:
         reads, writes: keys, as (key inside, key of the container around): read when entered, written when left.
         data: keys and what they hold when the group is entered.
         priority: while it is active, everything outside it is suspended.
+        spare: children that are kept although nothing leads to them.
 
     """
 
@@ -195,6 +196,7 @@ class Group:
     writes: Pairs = ()
     data: tuple[tuple[str, Value | Given], ...] = ()
     priority: bool = False
+    spare: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

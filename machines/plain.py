@@ -48,6 +48,7 @@ def machine_plain(machine: Machine) -> Plain:
         ends=sorted(machine.ends),
         reads=list(machine.reads),
         writes=list(machine.writes),
+        spare=list(machine.spare),
         parameters=[_parameter_plain(p) for p in machine.parameters],
         data=_pairs_plain(machine.data, value_plain),
         edges=[edge_plain(edge) for edge in machine.edges],
@@ -70,6 +71,7 @@ def read_machine(table: Table) -> Machine | None:
         "ends": frozenset(table.texts("ends")),
         "reads": table.texts("reads"),
         "writes": table.texts("writes"),
+        "spare": table.texts("spare"),
     }
     parameters = tuple(_read_parameter(inner) for inner in table.tables("parameters"))
     data, edges, states = table.holdings("data"), read_edges(table), read_elements(table)
@@ -130,7 +132,7 @@ def element_plain(element: Element) -> Plain:
         data=_pairs_plain(element.data, value_plain),
     )
     if isinstance(element, Group):
-        plain |= _short(start=element.start, priority=element.priority)
+        plain |= _short(start=element.start, priority=element.priority, spare=list(element.spare))
     else:
         rules = [{"outcome": rule.outcome, "needs": _pairs_plain(rule.needs)} for rule in element.rules]
         plain |= _short(finish=element.finish, default=element.default, rules=rules)
@@ -168,6 +170,7 @@ def _read_group(table: Table) -> Group:
         writes=table.names("writes"),
         data=table.holdings("data"),
         priority=table.flag("priority"),
+        spare=table.texts("spare"),
     )
 
 

@@ -71,19 +71,20 @@ MENDINGS: Mapping[str, tuple[Mending, ...]] = MappingProxyType(
                     "Manipulate_Valve: unreachable from the start",
                     "Manipulate_Valve/Decide_Ready_or_Retry: suggests: unknown name 'template_ready'",
                 ),
-                leave_out=True,
+                spare=True,
+                unsuggest="Decide_Ready_or_Retry",
             ),
             Mending(
                 "Retract_Arms/Open_Fingers",
                 "nothing leads there",
                 ("Retract_Arms: Open_Fingers: unreachable from the start",),
-                leave_out=True,
+                spare=True,
             ),
             Mending(
                 "Retract_Arms/Close_Fingers",
                 "nothing leads there but Open_Fingers and itself, where it would close the fingers for ever",
                 ("Retract_Arms: Close_Fingers: unreachable from the start",),
-                leave_out=True,
+                spare=True,
             ),
         ),
         "cut_hole_in_wall_atlas": (
@@ -94,7 +95,7 @@ MENDINGS: Mapping[str, tuple[Mending, ...]] = MappingProxyType(
                     "Optionally_Walk_to_Wall: unreachable from the start",
                     "Optionally_Walk_to_Wall: key wall_template_id: 'wall_template_id' is read before",
                 ),
-                leave_out=True,
+                spare=True,
             ),
         ),
     }
@@ -142,6 +143,7 @@ def read_behaviour(behaviour: str, mend: bool = True) -> Machine:
         data=tuple((r["name"], _value(json.loads(r["value"]), names)) for r in start if r["what"] == "data"),
         reads=_names(_declared(behaviour, "")["reads"]),
         writes=_names(_declared(behaviour, "")["writes"]),
+        spare=top.spare,
     )
 
 
