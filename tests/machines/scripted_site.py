@@ -22,11 +22,15 @@ REST_S = 0.25
 
 @dataclass(frozen=True)
 class Asks:
-    """A program that asks for data at once, and ends ``seconds`` after they have come; it writes them as ``data``."""
+    """A program that asks for data at once, and ends ``seconds`` after they have come; it writes them as ``data``.
+
+    It waits no longer than ``patience_s``.
+    """
 
     what: str
     seconds: float
     signal: str
+    patience_s: float = 1e9
 
 
 @dataclass
@@ -82,9 +86,10 @@ class Site:
     def __init__(self, machine, script, level=3, answer_s=None, rest_s=REST_S):
         self.env = simpy.Environment()
         self.script = {state: list(steps) for state, steps in script.items()}
-        self.records, self.heard, self.started, self.starts, self.interrupted = [], [], [], [], []
+        self.records, self.heard, self.started, self.starts = [], [], [], []
+        self.interrupted, self.stopped = [], []
         self.answer_s, self.rest_s = answer_s, rest_s
-        self.alive, self.locked_at = Tally(), {}
+        self.alive = Tally()
         self.follower = Follower(machine, Snapshot(machine.checksum, machine.net.begin(), level))
         self.executive = Executive(self.env, machine, level, self.start, self, self.record)
         self.follower.executive = self.executive
@@ -113,11 +118,13 @@ class Site:
         step = steps.pop(0) if len(steps) > 1 else steps[0]
         try:
             if isinstance(step, Asks):
-                data = yield start.ask(step.what)
-                step = (step.seconds, step.signal, {"data": data})
+                given = start.ask(step.what)
+                yield given | self.env.timeout(step.patience_s)
+                step = (step.seconds, step.signal, {"data": given.value if given.triggered else None})
             yield self.env.timeout(step[0])
         except simpy.Interrupt as why:
             self.interrupted.append((self.env.now, str(why.cause)))
+            self.stopped.append((self.env.now, start.path))
             yield self.env.timeout(self.rest_s)
             return Signal("stopped")
         finally:

@@ -31,7 +31,8 @@ def script_of(machine, rng, falls):
     for node in machine.net.nodes[1:]:
         if isinstance(node.element, State) and node.element.program:
             signals = [e.event for e in machine.outcomes_of(node.path)] + [r.signal for r in node.element.rows]
-            script[node.path] = [step(rng, signals, falls) for _ in range(6)]
+            # The last one is repeated: it must take time, or a machine could go round for ever at one instant.
+            script[node.path] = [*(step(rng, signals, falls) for _ in range(5)), (0.5, str(rng.choice(signals)))]
     return script
 
 
@@ -89,7 +90,7 @@ class Crowd:
         self.site.executive.modify(Patch(base, (SetThreshold(edge.state, edge.event, threshold),)))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(data=st.data(), seed=st.integers(0, 2**32 - 1), level=st.integers(0, 3), falls=st.booleans())
 def test_whatever_is_commanded_every_run_keeps_the_rules(random_machines, data, seed, level, falls):
     machine = data.draw(random_machines.machines())
