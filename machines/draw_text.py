@@ -42,8 +42,9 @@ def attributes(subject: str, **given: str) -> str:
 
 
 def quoted(text: str) -> str:
-    r"""A DOT string; a line's end becomes ``\n``."""
-    plain = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    r"""A DOT string; a line's end becomes ``\n``, and nothing in it is read as an escape or an entity of HTML."""
+    plain = "\n".join(map(_drawable, text.split("\n"))).replace("&", "&amp;")
+    plain = plain.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{plain}"'
 
 
@@ -60,8 +61,13 @@ def state_label(name: str, notes: tuple[str, ...], inside: tuple[Edge, ...], lev
 
 
 def html(text: str) -> str:
-    """Text in a label of Graphviz's HTML; control characters, which XML has not, become ``?``."""
-    return escape("".join(c if c >= " " else "?" for c in text), {'"': "&quot;"})
+    """Text in a label of Graphviz's HTML."""
+    return escape(_drawable(text), {'"': "&quot;"})
+
+
+def _drawable(text: str) -> str:
+    """With ``?`` for what XML 1.0, and so SVG, cannot hold (its production 2, Char)."""
+    return "".join("?" if c < " " or "\ud800" <= c <= "\udfff" or c in "\ufffe\uffff" else c for c in text)
 
 
 def legend(name: str, level: int | None) -> Html:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from teleop_sim.core.errors import UnknownName
+from teleop_sim.machines.checks import closure
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.elements import Concurrence, Edge, Element, Given, Group, Parameter, State, Value
 from teleop_sim.machines.net import join, walk
@@ -33,6 +34,7 @@ class Draft:
             states=top.states,
             edges=top.edges,
             data=top.data,
+            spare=top.spare,
             ends=self.ends,
             parameters=self.parameters,
         )
@@ -66,7 +68,15 @@ class Draft:
         if event not in events:
             raise UnknownName(f"{path}: event", event, events)
         edges = (change(e) if (e.state, e.event) == (name, event) else e for e in container.edges)
-        return self.with_element(around, replace(container, edges=tuple(e for e in edges if e is not None)))
+        return self.with_element(around, _with_edges(container, tuple(e for e in edges if e is not None)))
+
+
+def _with_edges(container: Container, edges: tuple[Edge, ...]) -> Container:
+    """A spare state that is reached now is not spare any more."""
+    if isinstance(container, Concurrence):
+        return replace(container, edges=edges)
+    reached = closure([container.start], ((edge.state, edge.next_state) for edge in edges))
+    return replace(container, edges=edges, spare=tuple(name for name in container.spare if name not in reached))
 
 
 def draft_of(machine: Machine) -> Draft:
@@ -102,7 +112,7 @@ class AddState:
     def on(self, draft: Draft) -> Draft:
         """The draft with it; raises ``UnknownName``."""
         around = draft.container(self.container)
-        new = replace(around, states=(*around.states, self.state), edges=(*around.edges, *self.edges))
+        new = replace(_with_edges(around, (*around.edges, *self.edges)), states=(*around.states, self.state))
         ends = draft.ends | {join(self.container, self.state.name)} if self.end else draft.ends
         return replace(draft.with_element(self.container, new), ends=ends)
 
@@ -121,6 +131,8 @@ class RemoveState:
         states = tuple(child for child in container.states if child.name != name)
         edges = tuple(edge for edge in container.edges if edge.state != name)
         new = replace(container, states=states, edges=edges)
+        if isinstance(new, Group):
+            new = replace(new, spare=tuple(spare for spare in new.spare if spare != name))
         return replace(draft.with_element(around, new), ends=draft.ends - {self.path})
 
 
@@ -134,7 +146,7 @@ class AddOutcome:
     def on(self, draft: Draft) -> Draft:
         """The draft with it; raises ``UnknownName``."""
         around = draft.container(self.container)
-        draft = draft.with_element(self.container, replace(around, edges=(*around.edges, self.edge)))
+        draft = draft.with_element(self.container, _with_edges(around, (*around.edges, self.edge)))
         path = join(self.container, self.edge.state)
         element = draft.element(path)
         # What lists its outcomes lists them all; a state that lists none has those of its edges.

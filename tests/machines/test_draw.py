@@ -139,6 +139,7 @@ def test_the_legend_names_every_threshold_and_the_machine():
 
 def test_quotes_and_line_ends_in_names_are_kept_out_of_dot():
     assert quoted('a "b"\\\n') == '"a \\"b\\"\\\\\\n"'
+    assert quoted("a &lt; b\0\x01\uffff") == '"a &amp;lt; b???"'
     assert "wait &quot;here&quot;" in machine_dot(DOOR)
 
 

@@ -103,6 +103,15 @@ def test_an_outcome_of_a_container_comes_and_goes_with_its_edge():
     assert changed(SetTarget("arm/plan", "failed", "bad"), RemoveOutcome("arm", "stuck"), machine=more) == DOOR
 
 
+def test_a_spare_state_that_is_reached_is_spare_no_more():
+    spare = State("spare", "spare")
+    edge = Edge("spare", "used", "done", 0)
+    kept = replace(DOOR, states=(*DOOR.states, spare), edges=(*DOOR.edges, edge), spare=("spare",))
+    used = changed(SetTarget("arm", "bad", "spare"), machine=kept)
+    assert (used.spare, used.edge("arm", "bad").next_state) == ((), "spare")
+    assert changed(RemoveState("spare"), machine=kept) == DOOR
+
+
 def test_what_one_operation_leaves_open_a_later_one_may_close():
     assert reasons(RemoveState("both"))
     assert "both" not in changed(RemoveState("both"), SetTarget("arm", "ok", "done")).state_names
