@@ -131,12 +131,13 @@ class Row:
     @property
     def attempts(self) -> int:
         """Failures in a row, from counters at zero, up to and with the one that gives ``failed``."""
-        attempts, refilled = 1, True
+        taken, anew = 0, 0
         for counter in self.counters:
-            # A counter inside that clears must be filled anew for each failure that this one takes.
-            attempts = attempts * (counter.limit + 1) if refilled else attempts + counter.limit
-            refilled = counter.clears
-        return attempts
+            # The counters inside that clear are filled anew for each failure that this one takes.
+            own = counter.limit * (1 + anew)
+            taken += own
+            anew += own if counter.clears else 0
+        return taken + 1
 
 
 @dataclass(frozen=True, slots=True)

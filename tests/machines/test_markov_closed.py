@@ -103,9 +103,7 @@ def test_counters_are_full_after_their_attempts(counters, q):
     row = Row("bad", tuple(counters), "off")
     found = forecast(tries((row,)), table(1.0 - q), 3)
     assert exact(found.manual) == close(q ** attempts(counters))
-    # Of three counters, Row knows only what the published machines have: all or only the first may clear nothing.
-    if len(counters) < 3:
-        assert row.attempts == attempts(counters)
+    assert row.attempts == attempts(counters)
 
 
 def walk(n: int, p: float) -> tuple[Machine, Chances]:
