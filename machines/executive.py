@@ -99,6 +99,8 @@ class Executive(Running):
             self._ignore(name, f"not declared for {self.state}")
         elif found in self._visits:
             self._accept(self._visits[found], Answer("forced", event), name, event)
+        elif self._holds.leaving(found):
+            self._ignore(name, "already decided")
         elif (why := self._holds.refusal(found, event)) is not None:
             self._ignore(name, why)
         else:

@@ -73,9 +73,17 @@ class Holds:
         engine = self._engine
         net, number = engine.net, engine.machine.edge_index(outcome.path, outcome.event)
         move, source = net.move(engine.configuration, number), net.source[number]
-        # All of a container is left when it ends, else only what has come to the outcome.
-        whole = net.nodes[source].parent if move.raised >= 0 or move.configuration.outcome else source
-        return [v for v in self._visits.values() if v is not visit and net.inside(v.node, whole)]
+        # All in a container is left when it ends, else only what has come to the outcome. A visit to that container
+        # itself, which a person forces to be left, leaves more than this one.
+        ends = move.raised >= 0 or bool(move.configuration.outcome)
+        whole = net.nodes[source].parent if ends else source
+        inside = (v for v in self._visits.values() if v is not visit and net.inside(v.node, whole))
+        return [v for v in inside if not ends or v.node != whole]
+
+    def leaving(self, path: str) -> bool:
+        """Is everything in this container being left already?"""
+        net = self._engine.net
+        return all(v.over for v in self._visits.values() if net.inside(v.node, net.by_path[path]))
 
     def until_free(self, visit: Visit) -> Generator[simpy.Event, Any, None]:
         """Process part: wait until the state may work, and everything that it suspends is at rest."""
