@@ -94,6 +94,15 @@ def test_data_may_be_given_to_a_locked_state():
     assert site.taken() == [(9.0, "s", "ok", "autonomous")]
 
 
+def test_a_program_that_asks_again_withdraws_what_it_asked_before():
+    site = Site(one(), {"s": [(9.0, "ok")]})
+    site.at(2.0, lambda: site.starts[0].ask("where"), lambda: site.starts[0].ask("which"))
+    site.at(3.0, lambda: site.executive.answer(1, 0), lambda: site.executive.answer(2, 0))
+    site.run()
+    assert [(p.request, p.text) for p in site.of(Requested)] == [(1, "where"), (2, "which")]
+    assert site.effects() == ["ignored", "answered"]
+
+
 # Acts in lieu
 
 
@@ -139,6 +148,16 @@ def test_a_short_pause_does_not_swallow_what_is_forced_while_the_robot_comes_to_
     assert site.taken() == [(2.0 + REST_S, "s", "no", "forced")]
 
 
+def test_what_was_confirmed_and_is_held_by_a_pause_is_asked_no_more():
+    site = Site(one(2), {"s": [(1.0, "ok")]}, 0)
+    site.at(2.0, lambda: site.executive.confirm(1), lambda: site.executive.pause())
+    site.at(3.0, lambda: site.executive.resume())
+    site.run(until_s=2.5)
+    assert site.executive.pendings == ()
+    site.go_on(9.0)
+    assert site.taken() == [(3.0, "s", "ok", "confirmed")]
+
+
 # Keys and parameters
 
 
@@ -176,6 +195,22 @@ def test_a_container_that_is_forced_writes_nothing_and_one_that_is_entered_again
     site.at(2.0, lambda: site.executive.force("ok", "Look"))
     site.run()
     assert [dict(s.reads) for s in site.starts if s.path == "go"] == [{"to": None}, {"to": "none"}]
+
+
+@pytest.mark.parametrize("how", ["loop", "rejected"])
+def test_a_container_that_begins_anew_at_once_has_forgotten_its_keys(how):
+    note = State("note", "note", reads=(("old", "seen"),), writes=(("data", "seen"),))
+    edges = (Edge("note", "ok", "ok", 0), Edge("note", "more", "more", 0))
+    inner = Group("In", "note", (note,), edges, ("ok", "more"), data=(("seen", "none"),))
+    around = (Edge("In", "ok", "end", 2), Edge("In", "more", "In", INHERIT))
+    machine = Machine("again", "In", (inner, State("end")), around, frozenset({"end"}))
+    first = (1.0, "more" if how == "loop" else "ok", {"data": 42})
+    site = Site(machine, {"note": [first, (1.0, "ok")]}, 1)
+    if how == "rejected":
+        site.at(3.0, lambda: site.executive.reject(1))
+    site.at(9.0, lambda: site.executive.force("ok", "In"))
+    site.run()
+    assert [dict(s.reads) for s in site.starts] == [{"old": "none"}] * 2
 
 
 def test_an_embedded_behaviour_has_its_parameters_and_its_keys_under_the_names_around_it():
