@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from teleop_sim.cli_channel import channel_app
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.core.errors import TeleopError
@@ -53,18 +54,6 @@ def _complete_pacing(incomplete: str) -> list[str]:
     return [name for name in PACINGS if name.startswith(incomplete)]
 
 
-def _complete_preset(incomplete: str) -> list[str]:
-    from teleop_sim.channel.presets import PRESETS
-
-    return [name for name in PRESETS if name.startswith(incomplete)]
-
-
-def _complete_delivery(incomplete: str) -> list[str]:
-    from teleop_sim.channel.delivery import DELIVERIES
-
-    return [name for name in DELIVERIES if name.startswith(incomplete)]
-
-
 def _version(wanted: bool) -> None:
     if wanted:
         import teleop_sim
@@ -92,7 +81,7 @@ def run(
         typer.Option(
             help="A link by name, in place of the scenario's; see channel list.",
             metavar="NAME",
-            autocompletion=_complete_preset,
+            autocompletion=complete_preset,
         ),
     ] = None,
     uplink: Annotated[str | None, typer.Option(help="Rate to the robot, such as 380bps.", metavar="RATE")] = None,
@@ -108,7 +97,7 @@ def run(
         typer.Option(
             help="How messages get across: best_effort, stop_and_wait, selective_repeat, custody, ...",
             metavar="NAME",
-            autocompletion=_complete_delivery,
+            autocompletion=complete_delivery,
         ),
     ] = None,
     autonomy: Annotated[

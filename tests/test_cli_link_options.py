@@ -7,7 +7,7 @@ import pytest
 from teleop_sim.channel.delivery import DELIVERIES, Custody
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.channel.presets import PRESETS
-from teleop_sim.cli_commands import _complete_delivery, _complete_preset
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_options import scenario_from
 from teleop_sim.core.errors import BadInput
 from teleop_sim.scenarios.link_schema import LinkDirection
@@ -64,6 +64,6 @@ def test_a_preset_that_delivers_nothing_in_the_time_is_refused_by_its_option(tmp
 
 
 def test_completion_knows_every_name() -> None:
-    assert _complete_preset("") == list(PRESETS)
-    assert _complete_preset("mars-n") == ["mars-near"]
-    assert _complete_delivery("") == list(DELIVERIES)
+    assert complete_preset("") == list(PRESETS)
+    assert complete_preset("mars-n") == ["mars-near"]
+    assert complete_delivery("") == list(DELIVERIES)

@@ -228,7 +228,7 @@ def test_a_dead_link_is_given_up_at_the_given_time_and_the_clock_ends(talk):
     s.link.station.send("chat", b"y")
     s.until()
     assert s.news == [(100.0, 0, False), (100.0, 1, False)]
-    assert [(f.outcome, f.reason, f.ended_s, f.tries) for f in s.fates] == [("gave_up", "gave_up", 100.0, 0)] * 2
+    assert [(f.outcome, f.reason, f.ended_s, f.tries) for f in s.fates] == [("gave_up", "no_connection", 100.0, 0)] * 2
     # The alarm that the end made needless is the last event: RFC 6298 waits a minute at most.
     assert s.env.now <= 160.0
 
