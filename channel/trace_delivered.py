@@ -10,12 +10,14 @@ import simpy
 
 from teleop_sim.channel.delivery import BestEffort, Delivery, Endpoint, connect
 from teleop_sim.channel.fates import Fate
-from teleop_sim.channel.feasible import refuse_undeliverable
+from teleop_sim.channel.feasible import undeliverable
 from teleop_sim.channel.link import Direction, Receive
 from teleop_sim.channel.message import DirectionName
 from teleop_sim.channel.message_ends import message_ended
 from teleop_sim.channel.settings import DirectionSettings
+from teleop_sim.channel.tcp import least_packet_bytes
 from teleop_sim.channel.trace import Offer, TraceRow, schedule_offers
+from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.records import Emit, MessageEnded
 
 Way = tuple[DirectionSettings, np.random.Generator]
@@ -50,8 +52,11 @@ def trace_delivered(
     """
     back: DirectionName = "down" if way == "up" else "up"
     by_name = dict(zip((way, back), ways, strict=True))
-    for name, (settings, _) in by_name.items():
-        refuse_undeliverable(settings, math.inf, name)
+    found: list[Problem] = []
+    for name, own, other in ((way, delivery, BestEffort()), (back, BestEffort(), delivery)):
+        found += undeliverable(by_name[name][0], math.inf, name, least_packet_bytes(own, other))
+    if found:
+        raise BadInput(tuple(found))
     env = simpy.Environment()
     ends: list[MessageEnded] = []
 

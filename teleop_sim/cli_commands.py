@@ -92,6 +92,10 @@ def run(
     loss: Annotated[
         str | None, typer.Option(help="Probability that a packet is lost, in both directions.", metavar="SHARE")
     ] = None,
+    header: Annotated[
+        str | None,
+        typer.Option(help="Header of each packet in bytes; tcp brings its own: 0.", metavar="N"),
+    ] = None,
     delivery: Annotated[
         str | None,
         typer.Option(
@@ -124,6 +128,7 @@ def run(
         "--preset": preset,
         "--loss": loss,
         "--delivery": delivery,
+        "--header": header,
         "--uplink": uplink,
         "--downlink": downlink,
         "--latency": latency,
