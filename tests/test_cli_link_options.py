@@ -38,6 +38,14 @@ def test_without_a_preset_the_scenario_s_link_stays(tmp_path: Path) -> None:
     assert (link.preset, link.up.rate_bps, link.up.header_bytes) == (None, 380.0, 40)
 
 
+def test_tcp_takes_the_place_of_the_headers_that_a_scenario_counts(tmp_path: Path) -> None:
+    told = refusals(tmp_path, delivery="tcp")
+    assert [where.rpartition(": ")[2] for where, _ in told] == ["link.up.header_bytes", "link.down.header_bytes"]
+    assert refusals(tmp_path, header="x") == [("--header", "'x' is not a whole number")]
+    link = chosen(tmp_path, delivery="tcp", header="0").link
+    assert (link.up.header_bytes, link.down.header_bytes, link.up.header_source) == (0, 0, "given: --header")
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [
