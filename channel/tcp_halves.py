@@ -10,6 +10,7 @@ from typing import Protocol
 import simpy
 
 from teleop_sim.channel.codec import BadMessage
+from teleop_sim.channel.drops import GAVE_UP, NO_CONNECTION
 from teleop_sim.channel.fates import Book
 from teleop_sim.channel.settings import DirectionSettings
 from teleop_sim.channel.tcp import Tcp
@@ -229,12 +230,13 @@ class TcpSender:
 
     def _give_up(self) -> None:
         lost = dict.fromkeys(part.number for part in (*self._flying, *self._waiting))
+        reason = NO_CONNECTION if self._calling else GAVE_UP
         self._flying.clear()
         self._waiting.clear()
         self._calling = self._open = False
         self._alarm = self._timed = None
         for number in lost:
-            self._book.abandon(number)
+            self._book.abandon(number, reason)
         for number in lost:
             self._notify(number, False)
 

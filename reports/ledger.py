@@ -1,7 +1,7 @@
 """What became of the packets of a run, by direction and topic: counts, reasons of drops, and where they waited.
 
 The counts are those of the link itself (``channel/counters.py``), taken again from the log's records. Where a delivery
-repeats, every copy is a packet and so is every acknowledgement.
+repeats, every copy is a packet and so is every acknowledgement; what became of the messages is a ledger of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from io import StringIO
 from typing import TYPE_CHECKING
 
 from teleop_sim.channel.counters import WAITS, Counters, TopicCounts
-from teleop_sim.core.records import PacketEnded, Record
+from teleop_sim.core.records import MessageEnded, PacketEnded, Record
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -53,6 +53,19 @@ def ledger(records: Iterable[Record]) -> list[LedgerRow]:
     for record in records:
         if isinstance(record, PacketEnded):
             counted[record.direction](record)
+    return _rows(counted)
+
+
+def message_ledger(records: Iterable[Record]) -> list[LedgerRow]:
+    """As ``ledger``, of the messages whose delivery repeats or acknowledges; no rows where there are none."""
+    counted = {"up": Counters(), "down": Counters()}
+    for record in records:
+        if isinstance(record, MessageEnded):
+            counted[record.direction].count_message(record)
+    return _rows(counted)
+
+
+def _rows(counted: dict[str, Counters]) -> list[LedgerRow]:
     rows: list[LedgerRow] = []
     for name, counters in counted.items():
         rows += [LedgerRow(name, topic, counts) for topic, counts in sorted(counters.by_topic.items())]
@@ -62,7 +75,7 @@ def ledger(records: Iterable[Record]) -> list[LedgerRow]:
 
 
 def ledger_csv(rows: Sequence[LedgerRow]) -> str:
-    """The ledger as CSV; waits are sums over the delivered packets [s]."""
+    """A ledger as CSV; waits are sums over what was delivered [s]."""
     out = StringIO()
     writer = csv.writer(out, lineterminator="\n")
     counts = ("offered", "delivered", "dropped", "in_flight", "delivered_bits", "reasons")
@@ -78,6 +91,7 @@ HEADINGS = ("Link", "Topic", "offered", "arrived", "dropped", "queue s", "dark s
 _SHOWN_WAITS = ("queue_s", "blackout_s", "serialisation_s", "retransmission_s", "propagation_s")
 NARROW = 5
 NOTE = "Waits: mean of the packets that arrived. Every copy and every acknowledgement is a packet."
+MESSAGES_NOTE = "Waits: mean of the messages that arrived; again: copies in vain. Best effort is not counted here."
 
 
 def _cells(row: LedgerRow) -> tuple[str, ...]:
@@ -85,18 +99,19 @@ def _cells(row: LedgerRow) -> tuple[str, ...]:
     return (row.direction, row.topic, *map(str, counts), *(f"{row.mean_s(wait):.3f}" for wait in _SHOWN_WAITS))
 
 
-def ledger_markdown(rows: Sequence[LedgerRow]) -> str:
-    """The ledger as Markdown."""
+def ledger_markdown(rows: Sequence[LedgerRow], note: str = NOTE) -> str:
+    """A ledger as Markdown."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|---|---|" + "---:|" * (len(HEADINGS) - 2)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
-    return "\n".join([*lines, "", NOTE, ""])
+    return "\n".join([*lines, "", note, ""])
 
 
-def rich_ledger(rows: Sequence[LedgerRow], narrow: bool = False) -> Table:
-    """The ledger for a terminal; ``narrow``: counts only."""
+def rich_ledger(rows: Sequence[LedgerRow], narrow: bool = False, messages: bool = False) -> Table:
+    """The ledger for a terminal; ``narrow``: counts only; ``messages``: it is that of the messages."""
     from rich.table import Table
 
-    table = Table(title="Packets by topic", caption=NOTE, caption_justify="left")
+    title, note = ("Messages by topic", MESSAGES_NOTE) if messages else ("Packets by topic", NOTE)
+    table = Table(title=title, caption=note, caption_justify="left")
     shown = NARROW if narrow else len(HEADINGS)
     for i, heading in enumerate(HEADINGS[:shown]):
         table.add_column(heading, justify="right" if i > 1 else "left", no_wrap=True)

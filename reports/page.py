@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from teleop_sim.log.load import load
-from teleop_sim.reports.ledger import ledger, ledger_csv, ledger_markdown
+from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
 from teleop_sim.reports.table import csv_text, markdown_text, state_table
 from teleop_sim.reports.timeline import draw_timeline
 
 
 def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> list[Path]:
-    """Write the timeline (PNG and SVG), the per-state table and the ledger of packets (CSV and Markdown) of a log.
+    """Write the timeline (PNG and SVG), the per-state table and the ledgers (CSV and Markdown) of a log.
 
     Args:
         log_path: of the log; may be cut off or interrupted.
@@ -19,7 +19,7 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
 
     Returns:
         the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
-        ``.link.md``.
+        ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged.
 
     Raises:
         LogDamaged: there is no log at that path.
@@ -41,6 +41,8 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
         "link.csv": ledger_csv(packets),
         "link.md": ledger_markdown(packets),
     }
+    if messages := message_ledger(log.records("link/message")):
+        texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
     for end, text in texts.items():
         (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
     return [png, svg, *(folder / f"{name}.{end}" for end in texts)]

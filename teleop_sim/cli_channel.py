@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_errors import errors_shown
 from teleop_sim.cli_io import say
 from teleop_sim.core.errors import BadInput, Problem
@@ -23,18 +24,6 @@ if TYPE_CHECKING:
 channel_app = typer.Typer(no_args_is_help=True, help="Try a link alone: list and show presets, trace messages.")
 
 
-def _complete_preset(incomplete: str) -> list[str]:
-    from teleop_sim.channel.presets import PRESETS
-
-    return [name for name in PRESETS if name.startswith(incomplete)]
-
-
-def _complete_delivery(incomplete: str) -> list[str]:
-    from teleop_sim.channel.delivery import DELIVERIES
-
-    return [name for name in DELIVERIES if name.startswith(incomplete)]
-
-
 def _text_option(words: str, metavar: str, complete: Callable[[str], list[str]] | None = None) -> Any:
     return typer.Option(help=words, metavar=metavar, autocompletion=complete)
 
@@ -43,10 +32,10 @@ _Messages = Annotated[
     str, typer.Argument(help="CSV: time in s, topic, bytes, priority (if any). -: stdin.", metavar="MESSAGES.csv")
 ]
 _Text = str | None
-_Preset = Annotated[_Text, _text_option("See channel list.", "NAME", _complete_preset)]
+_Preset = Annotated[_Text, _text_option("See channel list.", "NAME", complete_preset)]
 _Direction = Annotated[_Text, _text_option("up, down, or burst where the preset has it. Default: up.", "WAY")]
 _Delivery = Annotated[
-    _Text, _text_option("best_effort, stop_and_wait, selective_repeat, custody or tcp.", "NAME", _complete_delivery)
+    _Text, _text_option("best_effort, stop_and_wait, selective_repeat, custody or tcp.", "NAME", complete_delivery)
 ]
 _Uplink = Annotated[_Text, _text_option("Rate to the robot, such as 380bps.", "RATE")]
 _Downlink = Annotated[_Text, _text_option("Rate back, such as 380kbps.", "RATE")]
@@ -104,7 +93,7 @@ def _shown_settings(made: Preset, way: str) -> DirectionSettings:
 
 @channel_app.command("show")
 def show_command(
-    name: Annotated[str, typer.Argument(help="Of a preset.", autocompletion=_complete_preset, metavar="NAME")],
+    name: Annotated[str, typer.Argument(help="Of a preset.", autocompletion=complete_preset, metavar="NAME")],
 ) -> None:
     """Print everything about the preset NAME, with its sources and what is assumed."""
     with errors_shown():

@@ -117,13 +117,13 @@ def _print_tables(paper: Console, records: list[Record]) -> None:
 
 
 def _print_ledger(paper: Console, records: list[Record]) -> None:
-    from teleop_sim.reports.ledger import ledger, rich_ledger
+    from teleop_sim.reports.ledger import ledger, message_ledger, rich_ledger
 
-    rows = ledger(records)
-    if not rows:
-        return
-    packets = rich_ledger(rows)
-    paper.print(packets if _fits(paper, packets) else _plain_ruled(rich_ledger(rows, narrow=True)))
+    for rows, messages in ((message_ledger(records), True), (ledger(records), False)):
+        if rows:
+            table = rich_ledger(rows, messages=messages)
+            narrow = _plain_ruled(rich_ledger(rows, narrow=True, messages=messages))
+            paper.print(table if _fits(paper, table) else narrow)
 
 
 def _fits(paper: Console, table: Table) -> bool:

@@ -165,6 +165,7 @@ def test_the_seed_decides() -> None:
         (("--uplink", "8bps", "--downlink", "8bps", "--delivery", "tpc"), "Did you mean 'tcp'?"),
         (("--uplink", "8bps", "--delivery", "tcp"), "--downlink: tcp is acknowledged, and there is no way back"),
         (("--downlink", "8bps", "--delivery", "custody"), "--uplink: custody is acknowledged"),
+        (("--preset", "moon", "--header", "40", "--delivery", "tcp"), "would be charged twice"),
         (("--preset", "moon", "--mtu", "40", "--delivery", "tcp"), "fragments of 40 bytes hold no TCP segment"),
     ],
 )

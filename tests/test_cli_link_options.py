@@ -7,7 +7,7 @@ import pytest
 from teleop_sim.channel.delivery import DELIVERIES, Custody
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.channel.presets import PRESETS
-from teleop_sim.cli_commands import _complete_delivery, _complete_preset
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_options import scenario_from
 from teleop_sim.core.errors import BadInput
 from teleop_sim.scenarios.link_schema import LinkDirection
@@ -38,6 +38,14 @@ def test_without_a_preset_the_scenario_s_link_stays(tmp_path: Path) -> None:
     assert (link.preset, link.up.rate_bps, link.up.header_bytes) == (None, 380.0, 40)
 
 
+def test_tcp_takes_the_place_of_the_headers_that_a_scenario_counts(tmp_path: Path) -> None:
+    told = refusals(tmp_path, delivery="tcp")
+    assert [where.rpartition(": ")[2] for where, _ in told] == ["link.up.header_bytes", "link.down.header_bytes"]
+    assert refusals(tmp_path, header="x") == [("--header", "'x' is not a whole number")]
+    link = chosen(tmp_path, delivery="tcp", header="0").link
+    assert (link.up.header_bytes, link.down.header_bytes, link.up.header_source) == (0, 0, "given: --header")
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [
@@ -64,6 +72,6 @@ def test_a_preset_that_delivers_nothing_in_the_time_is_refused_by_its_option(tmp
 
 
 def test_completion_knows_every_name() -> None:
-    assert _complete_preset("") == list(PRESETS)
-    assert _complete_preset("mars-n") == ["mars-near"]
-    assert _complete_delivery("") == list(DELIVERIES)
+    assert complete_preset("") == list(PRESETS)
+    assert complete_preset("mars-n") == ["mars-near"]
+    assert complete_delivery("") == list(DELIVERIES)

@@ -10,8 +10,9 @@ import pytest
 from teleop_sim import load_scenario
 from teleop_sim.channel.delivery import DELIVERIES
 from teleop_sim.core.errors import BadInput
-from teleop_sim.core.records import PacketEnded, Released, Requested, TransitionTaken
+from teleop_sim.core.records import MessageEnded, ModeChanged, PacketEnded, Released, Requested, TransitionTaken
 from teleop_sim.log.load import load
+from teleop_sim.reports.ledger import ALL, message_ledger
 from teleop_sim.run import RunResult, run_scenario
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.links import link_problems
@@ -50,7 +51,10 @@ def go(tmp_path_factory):
 
 
 def lossy(go, delivery: str) -> RunResult:
-    return go(f"lossy-{delivery}", link__delivery=delivery, **{k.replace(".", "__"): v for k, v in LOSSY.items()})
+    # TCP's packets bring their 40 bytes of headers with them.
+    more = {"link.up.header_bytes": 0, "link.down.header_bytes": 0} if delivery == "tcp" else {}
+    changes = {key.replace(".", "__"): value for key, value in (LOSSY | more).items()}
+    return go(f"lossy-{delivery}", link__delivery=delivery, **changes)
 
 
 def records(result: RunResult, kind: type):
@@ -86,11 +90,60 @@ def test_every_copy_is_a_packet_with_one_end_and_its_full_price(go, delivery):
         fates = Counter(p.outcome for p in packets)
         assert fates["delivered"] + fates["dropped"] + fates["in_flight"] == len(packets)
         assert {p.reason for p in packets if p.outcome == "dropped"} == {"lost"}
-        assert {p.size_bits - 8 * p.payload_bytes for p in packets} == {8 * HEADER_BYTES}
+        header_bytes = 0 if delivery == "tcp" else HEADER_BYTES
+        assert {p.size_bits - 8 * p.payload_bytes for p in packets} == {8 * header_bytes}
+        assert min(p.size_bits for p in packets) >= 8 * HEADER_BYTES
         copies = sum(p.topic == topic for p in packets)
         assert copies >= messages
         # 0.2 of some hundred packets, seven standard deviations wide.
         assert 0 < fates["dropped"] < 0.6 * len(packets)
+
+
+@pytest.mark.parametrize("delivery", REPEATING)
+def test_every_message_has_one_fate_in_the_log_whose_waits_explain_its_time(go, delivery):
+    result = lossy(go, delivery)
+    messages, packets = records(result, MessageEnded), records(result, PacketEnded)
+    said = {kind: len(records(result, kind)) for kind in (Requested, TransitionTaken, ModeChanged)}
+    for way, topics in (
+        ("up", {"confirm": result.operator_acts}),
+        ("down", {"request": said[Requested], "mirror": said[TransitionTaken], "mode": said[ModeChanged]}),
+    ):
+        mine = [m for m in messages if m.direction == way]
+        assert sorted(m.number for m in mine) == list(range(len(mine)))
+        assert {topic: sum(m.topic == topic for m in mine) for topic in topics} == topics
+        # Copies are packets. One may be sent after its message is there, as long as no acknowledgement has come.
+        for topic in topics:
+            copies = sum(m.copies for m in mine if m.topic == topic)
+            arrived = sum(m.outcome == "delivered" for m in mine if m.topic == topic)
+            assert arrived <= copies <= sum(p.topic == topic and p.direction == way for p in packets)
+    for m in messages:
+        waits = (m.queue_s, m.blackout_s, m.serialisation_s, m.propagation_s, m.retransmission_s)
+        assert min(waits) >= -1e-9
+        assert (m.outcome == "delivered") == (m.delivered_s == m.t_s)
+        # Sums of times below 2000 s.
+        assert math.fsum(waits) == pytest.approx(m.t_s - m.sent_s, abs=1e-6)
+    again_s = [m.retransmission_s for m in messages if m.outcome == "delivered"]
+    assert max(again_s) > 2 * DELAY_S
+    assert {m.outcome for m in messages} <= {"delivered", "in_flight"}
+    assert len(load(result.log).messages) == len(messages)
+
+
+def test_best_effort_has_no_fates_beside_those_of_its_packets(go):
+    assert records(lossy(go, "best_effort"), MessageEnded) == []
+
+
+def test_tcp_over_a_round_trip_beyond_its_patience_says_why_nothing_arrives(tmp_path):
+    """22 minutes each way: no handshake ends in the 924.6 s after which TCP gives up."""
+    changes = {"link.up": {}, "link.down": {}, "link.preset": "mars-far", "link.delivery": "tcp"}
+    changes |= {"autonomy": "off", "pacing": "eager", "time_limit_s": 1000.0}
+    result = run_scenario(load_scenario("src-dish", changes), SEED, tmp_path)
+    assert result.outcome == "censored"
+    messages = records(result, MessageEnded)
+    assert {(m.outcome, m.reason, m.copies) for m in messages} == {("dropped", "no_connection", 0)}
+    assert max(m.t_s for m in messages) == pytest.approx(924.6)
+    assert {p.topic for p in records(result, PacketEnded)} == {"syn"}
+    (total,) = [row for row in message_ledger(messages) if row.topic == ALL]
+    assert total.reasons == f"no_connection {len(messages)}"
 
 
 def test_what_nobody_repeats_is_lost_and_the_run_says_where_it_waits(go, laws):

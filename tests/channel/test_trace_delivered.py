@@ -63,6 +63,34 @@ def test_what_was_given_up_is_dropped_and_all_its_sending_was_in_vain(talk):
     assert waits(rows[0]) == (0.0, 0.0, 0.0, 0.0, 60.0)
 
 
+def test_tcp_over_mars_says_that_it_never_had_a_connection():
+    mars = DirectionSettings(2e6, 750.0)
+    (row,) = traced([Offer(0.0, "a", 18)], Tcp(), mars, mars)
+    assert (row.outcome, row.reason, row.arrived_s) == ("dropped", "no_connection", None)
+    assert waits(row) == (924.6, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("way", "least_bytes"), [("up", 41), ("down", 40)])
+def test_light_too_short_for_a_packet_of_tcp_is_refused_to_the_bit(way, least_bytes):
+    """A segment with a byte has to go up, an acknowledgement without data down."""
+
+    def ways(light_s):
+        dark = DirectionSettings(64.0, 1.0, blackouts=((light_s, math.inf),), on_dark="restart")
+        return {way: dark, "until_s": 1.0}
+
+    light_s = 8 * least_bytes / 64.0
+    traced([Offer(0.0, "a", 1)], Tcp(), **ways(light_s))
+    with pytest.raises(BadInput, match=f"{way}.blackouts: .* one fragment has {8 * least_bytes} and the rule"):
+        traced([Offer(0.0, "a", 1)], Tcp(), **ways(light_s - 0.01))
+    # Frames of a few bytes still fit.
+    traced([Offer(0.0, "a", 1)], StopAndWait(), **ways(light_s - 0.01))
+
+
+def test_a_budget_below_one_packet_of_tcp_is_refused():
+    with pytest.raises(BadInput, match=r"up.budget_bits: a budget of 327 bits is below one packet of TCP \(328 bits\)"):
+        traced([Offer(0.0, "a", 1)], Tcp(), replace(UP, budget_bits=327))
+
+
 def test_the_other_way_round_the_messages_go_down():
     assert traced([Offer(0.0, "a", 18)], Tcp(), way="down") == traced([Offer(0.0, "a", 18)], Tcp())
 

@@ -9,8 +9,16 @@ import simpy
 from teleop_sim.channel.counters import WAITS
 from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.loss import Bernoulli
-from teleop_sim.core.records import PacketEnded, Record, RunEnded
-from teleop_sim.reports.ledger import ALL, ledger, ledger_csv, ledger_markdown, rich_ledger
+from teleop_sim.core.records import MessageEnded, PacketEnded, Record, RunEnded
+from teleop_sim.reports.ledger import (
+    ALL,
+    MESSAGES_NOTE,
+    ledger,
+    ledger_csv,
+    ledger_markdown,
+    message_ledger,
+    rich_ledger,
+)
 
 
 def traffic() -> tuple[list[Record], dict[str, Direction]]:
@@ -73,3 +81,35 @@ def test_packets_of_the_log_alone_are_enough(make_run) -> None:
     records = list(make_run(ask=True))
     counted = sum(isinstance(r, PacketEnded) for r in records)
     assert sum(row.counts.offered for row in ledger(records) if row.topic == ALL) == counted > 0
+
+
+def message(number: int, outcome: str, reason: str = "", topic: str = "chat", again_s: float = 0.0) -> MessageEnded:
+    end_s = 12.0 + again_s if outcome == "delivered" else float("nan")
+    waits = (1.0, 0.0, 1.0, 10.0, again_s)
+    return MessageEnded(50.0, "up", number, topic, 18, 0.0, end_s, *waits, 2, outcome, reason, "")
+
+
+def test_messages_have_a_ledger_of_their_own_where_they_are_logged(make_run) -> None:
+    ends = [
+        message(0, "delivered", again_s=24.0),
+        message(1, "delivered"),
+        message(2, "dropped", "gave_up"),
+        message(3, "dropped", "no_connection", "stop"),
+        message(4, "in_flight"),
+    ]
+    plain = list(make_run())
+    assert message_ledger(plain) == []
+    records = [*plain, *ends]
+    assert ledger(records) == ledger(plain)
+    rows = message_ledger(records)
+    assert [
+        (row.topic, row.counts.offered, row.counts.delivered, row.reasons, row.counts.in_flight) for row in rows
+    ] == [
+        ("chat", 4, 2, "gave_up 1", 1),
+        ("stop", 1, 0, "no_connection 1", 0),
+        (ALL, 5, 2, "gave_up 1, no_connection 1", 1),
+    ]
+    assert (rows[0].mean_s("retransmission_s"), rows[0].mean_s("propagation_s")) == (12.0, 10.0)
+    assert rows[0].counts.delivered_bits == 2 * 8 * 18
+    assert ledger_markdown(rows, MESSAGES_NOTE).endswith(f"{MESSAGES_NOTE}\n")
+    assert rich_ledger(rows, messages=True).title == "Messages by topic"

@@ -117,7 +117,9 @@ def test_every_registered_model_can_be_asked_for_and_is_written_back() -> None:
     for key, models in (("loss", LOSS_MODELS), ("jitter", JITTERS), ("dark", DARK_MODELS), ("delivery", DELIVERIES)):
         for name, made in models.items():
             given = {"model": name, **getattr(made, "example", {})}
-            scenario = load_scenario("src-dish", {f"link.up.{key}": given})
+            # TCP brings the headers that this scenario counts.
+            headers = {f"link.{way}.header_bytes": 0 for way in ("up", "down")}
+            scenario = load_scenario("src-dish", {f"link.up.{key}": given, **headers})
             assert type(getattr(scenario.link.up, key)) is made
             assert getattr(scenario.link.up, f"{key}_source") == "given: override"
             assert read_scenario(scenario_to_toml(scenario), "again") == scenario
@@ -207,6 +209,22 @@ def test_a_wrong_line_is_named_with_line_and_column(line: str, errors: list[str]
 def test_a_link_that_never_delivers_is_refused_with_the_reason(line: str, error: str) -> None:
     (found,) = refusals(text(up=line))
     assert found.startswith(error)
+
+
+@pytest.mark.parametrize("key", ["link", "up", "down"])
+def test_a_scenario_that_charges_tcp_s_headers_twice_is_refused(key: str) -> None:
+    """Segments of TCP go one way and its acknowledgements the other: both ways have its headers."""
+    given = {"link": "", "up": "header_bytes = 40", "down": "header_bytes = 28"}
+    given[key] = f'delivery = "tcp"\n{given[key]}'
+    (found,) = refusals(text(**given))
+    assert "link.up.header_bytes: 40 bytes and TCP's and IP's own 40" in found
+    given["up"] = given["up"].replace("40", "39")
+    assert plan(text(**given)).up.settings.header_bytes == 39
+
+
+def test_fragments_too_short_for_tcp_are_refused_before_the_run() -> None:
+    (found,) = refusals(text(link='delivery = "tcp"', up="mtu_bytes = 40"))
+    assert found.startswith("a.toml:8:1: link.up.mtu_bytes: fragments of 40 bytes hold no TCP segment")
 
 
 def test_both_directions_are_judged_at_once() -> None:
