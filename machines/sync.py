@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
 from dataclasses import dataclass
 from zlib import crc32
 
 from teleop_sim.core.errors import TeleopError
-from teleop_sim.machines.elements import Autonomy
 from teleop_sim.machines.engine import MODES
 from teleop_sim.machines.net import Configuration
 
@@ -73,15 +71,19 @@ class Snapshot:
     count: int = 0
 
     def pack(self) -> bytes:
-        """One encoding: checksum (4 bytes), level, mode, paused, count (2), outcome, active, parked, locked, asked.
+        """One encoding: checksum (4 bytes), flags (1), count (2), outcome, active, parked, locked, asked.
 
-        The outcome stands after its length (one byte), numbers of two bytes each after their count (two).
+        Flags: level (2 bits), mode (2), paused, wide. The outcome stands after its length (one byte), numbers after
+        their count; all of these have one byte, or two each where one of them is above 255 (wide).
         """
         now, outcome = self.configuration, self.configuration.outcome.encode()
-        mode = MODES.index(self.mode)
-        head = _HEAD.pack(self.behaviour, self.level, mode, self.paused, self.count, len(outcome))
-        asked = (n for a in self.asked for n in (a.request, REQUEST_KINDS.index(a.kind), a.node, a.edge + 1))
-        return head + outcome + b"".join(map(_numbers, (now.active, now.parked, self.locked, asked)))
+        asked = tuple(n for a in self.asked for n in (a.request, REQUEST_KINDS.index(a.kind), a.node, a.edge + 1))
+        lists = (now.active, now.parked, self.locked, asked)
+        numbers = tuple(n for some in lists for n in (len(some), *some))
+        wide = max(numbers) > _NARROW
+        flags = self.level | MODES.index(self.mode) << 2 | self.paused << 4 | wide << 5
+        head = _HEAD.pack(self.behaviour, flags, self.count, len(outcome))
+        return head + outcome + struct.pack(f">{len(numbers)}{'H' if wide else 'B'}", *numbers)
 
     @property
     def hash(self) -> int:
@@ -97,34 +99,33 @@ def unpack_snapshot(data: bytes) -> Snapshot:
 
     """
     try:
-        behaviour, level, mode, paused, count, size = _HEAD.unpack_from(data)
+        behaviour, flags, count, size = _HEAD.unpack_from(data)
         outcome, rest = data[_HEAD.size : _HEAD.size + size].decode(), data[_HEAD.size + size :]
-        (active, parked, locked, asked), rest = _lists(rest, 4)
+        wide = bool(flags >> 5)
+        numbers = struct.unpack(f">{len(rest) // (1 + wide)}{'H' if wide else 'B'}", rest)
+        active, parked, locked, asked = _lists(numbers, 4)
         requests = tuple(
             Asked(asked[i], REQUEST_KINDS[asked[i + 1]], asked[i + 2], asked[i + 3] - 1)
             for i in range(0, len(asked), 4)
         )
-        now = Configuration(active, parked, outcome)
-        found = Snapshot(behaviour, now, level, MODES[mode], bool(paused), locked, requests, count)
+        now, mode = Configuration(active, parked, outcome), MODES[flags >> 2 & 3]
+        found = Snapshot(behaviour, now, flags & 3, mode, bool(flags >> 4 & 1), locked, requests, count)
+        if found.pack() == data:
+            return found
     except (struct.error, IndexError, UnicodeDecodeError) as problem:
         raise BadSnapshot(f"{len(data)} bytes: {problem}") from None
-    if rest or level > max(Autonomy) or found.pack() != data:
-        raise BadSnapshot(f"{len(data)} bytes that no snapshot packs to")
-    return found
+    raise BadSnapshot(f"{len(data)} bytes that no snapshot packs to")
 
 
-_HEAD = struct.Struct(">IBBBHB")
+_HEAD = struct.Struct(">IBHB")
+_NARROW = 255
 
 
-def _lists(data: bytes, count: int) -> tuple[list[tuple[int, ...]], bytes]:
+def _lists(numbers: tuple[int, ...], count: int) -> list[tuple[int, ...]]:
+    """So many lists, each after its length, and nothing after them."""
     lists = []
     for _ in range(count):
-        (size,) = struct.unpack_from(">H", data)
-        lists.append(struct.unpack_from(f">{size}H", data, 2))
-        data = data[2 + 2 * size :]
-    return lists, data
-
-
-def _numbers(numbers: Iterable[int]) -> bytes:
-    made = tuple(numbers)
-    return struct.pack(f">{len(made) + 1}H", len(made), *made)
+        size, numbers = numbers[0], numbers[1:]
+        lists.append(numbers[:size])
+        numbers = numbers[size:]
+    return lists

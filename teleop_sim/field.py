@@ -14,7 +14,7 @@ import simpy
 from teleop_sim.channel import messages as msg
 from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
 from teleop_sim.field_orders import Direct, Orders
-from teleop_sim.field_voice import SiteVoice
+from teleop_sim.field_voice import Beat, SiteVoice
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
@@ -37,7 +37,7 @@ class FieldSite:
         env: the clock.
         robot: the robot on its site.
         machine: what the executive runs, at ``level``. programs: by state. poll_s: how often a program looks whether
-            a state is done; zero is at once. heartbeat_s: how often the control station is told what it should know.
+            a state is done; zero is at once. heartbeat: what the control station is told, and how often [s].
         send: to the downlink. emit: to the log.
     """
 
@@ -49,12 +49,12 @@ class FieldSite:
         level: int,
         programs: Mapping[str, ProgramOf],
         poll_s: float,
-        heartbeat_s: float,
+        heartbeat: tuple[Beat, float],
         send: Send,
         emit: Emit,
     ) -> None:
         self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
-        self._heartbeat_s, self._send, self._emit = heartbeat_s, send, emit
+        self._heartbeat, self._send, self._emit = heartbeat, send, emit
         self._memory = Memory()
         self._programs_at_work: dict[str, simpy.Process] = {}
         self._turns = simpy.Resource(env)
@@ -69,7 +69,8 @@ class FieldSite:
 
     def run(self) -> Generator[simpy.Event, Any, Result]:
         """Process: run the machine to its end."""
-        self._env.process(self._voice.beat(self._heartbeat_s))
+        what, every_s = self._heartbeat
+        self._env.process(self._voice.beat(every_s, what))
         return (yield from self.executive.run())
 
     def close(self) -> None:
@@ -103,7 +104,7 @@ class FieldSite:
         self._emit(Released(float(self._env.now), 0, command, effect, note))
 
     def _do_directly(self, command: Direct) -> Process:
-        reply = yield from self._act(command, "")
+        reply = yield from self._act(command, self.executive.state)
         if reply.outcome == "fell":
             self.executive.fell(reply.cause)
 

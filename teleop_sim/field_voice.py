@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import simpy
 
@@ -14,6 +14,7 @@ from teleop_sim.machines.ledger import Ledger
 from teleop_sim.machines.sync import Snapshot
 
 Tell = Callable[[msg.Message, str], None]
+Beat = Literal["state", "hash"]
 
 
 class SiteVoice:
@@ -74,10 +75,17 @@ class SiteVoice:
         """``LogLine``."""
         self._tell(msg.LogLine(float(self._env.now), text), text)
 
-    def beat(self, every_s: float) -> Generator[simpy.Event, Any, None]:
-        """Process: ``SyncHash`` every ``every_s``, for as long as the clock runs."""
+    def beat(self, every_s: float, what: Beat = "state") -> Generator[simpy.Event, Any, None]:
+        """Process: tell every ``every_s``, for as long as the clock runs, what the control station should know.
+
+        ``state``: all of it (``SyncState``), so that a mirror that has missed something is in step when it arrives.
+        ``hash``: its hash (``SyncHash``, shorter); such a mirror asks for the rest, one round trip later.
+        """
         while True:
             yield self._env.timeout(every_s)
+            if what == "state":
+                self.snapshot()
+                continue
             now = self._whole()
             self._tell(msg.SyncHash(now.behaviour, now.hash), "heartbeat")
 

@@ -1,5 +1,8 @@
 """Mirror and executive on one clock, over a link that loses, doubles and reorders until it returns.
 
+With a heartbeat that tells the state both agree again within one heartbeat and half a round trip; with one that tells
+its hash, within one heartbeat and one and a half.
+
 The field site speaks and obeys as in a whole run (``SiteVoice``, ``Orders``); its programs answer by chance. The other
 one is the control station's own (``Station``, ``Mirror``); its operator does anything at any time, now and then twice.
 """
@@ -70,7 +73,7 @@ class Link:
 class Site:
     """The field site without a robot: also the hands that ``Orders`` would move."""
 
-    def __init__(self, env, machine: Machine, level: int, rng, down: Link, heartbeat_s: float) -> None:
+    def __init__(self, env, machine: Machine, level: int, rng, down: Link, heartbeat) -> None:
         self.env, self.rng, self.records = env, rng, []
         voice = SiteVoice(env, lambda message, text: down.send(*encode_message(message), text))
         self.executive = Executive(env, machine, level, self._start, voice, self.records.append)
@@ -78,7 +81,8 @@ class Site:
         self.voice = voice
         self.receive = Orders(self.executive, voice.ledger, self).receive
         env.process(self.executive.run())
-        env.process(voice.beat(heartbeat_s))
+        what, every_s = heartbeat
+        env.process(voice.beat(every_s, what))
 
     def whole(self) -> Snapshot:
         return self.voice.ledger.told_whole(self.executive.snapshot(), self.executive.machine)
@@ -163,13 +167,14 @@ class Run:
     lose: float
     double: float
     late: bool
+    tells: str
 
     def play(self) -> tuple[Site, Person, list[tuple[float, Snapshot]], list[tuple[float, Snapshot, bool]]]:
         env = simpy.Environment()
         streams = [np.random.default_rng([self.seed, k]) for k in range(4)]
         faults = self.delay_s, self.returns_s, self.lose, self.double
         up, down = Link(env, streams[0], *faults), Link(env, streams[1], *faults)
-        site = Site(env, self.machine, self.level, streams[2], down, self.heartbeat_s)
+        site = Site(env, self.machine, self.level, streams[2], down, (self.tells, self.heartbeat_s))
         mirror = Mirror(self.machine, self.level, self.late)
         station = Station(env, mirror, up.send, self.heartbeat_s + 2.0 * self.delay_s)
         up.receivers.append(site.receive)
@@ -197,13 +202,14 @@ runs = {
     "lose": st.sampled_from((0.0, 0.2, 0.6, 1.0)),
     "double": st.sampled_from((0.0, 0.3)),
     "late": st.booleans(),
+    "tells": st.sampled_from(("state", "hash")),
 }
 
 
 def check_agreement(run: Run) -> None:
     _, _, was, shown = run.play()
-    # A heartbeat sent at the latest then, its way down, and one round trip: question and answer.
-    agreed_s = run.returns_s + run.heartbeat_s + 3.0 * run.delay_s
+    # A heartbeat sent at the latest then, and its way down. A hash needs one round trip more: question and answer.
+    agreed_s = run.returns_s + run.heartbeat_s + (1.0 if run.tells == "state" else 3.0) * run.delay_s
     times_s = [t for t, _ in was]
     late = [(t, mirrored, in_step) for t, mirrored, in_step in shown if t > agreed_s + EPS_S]
     assert late

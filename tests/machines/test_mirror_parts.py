@@ -260,7 +260,7 @@ def test_a_guess_has_the_state_at_work_and_one_child_a_group(random_machines, da
 
 # Snapshots -----------------------------------------------------------------------------------------------------------
 
-uint16 = st.integers(0, 65535)
+uint16 = st.integers(0, 258) | st.integers(0, 65535)
 numbers = st.lists(uint16, max_size=4).map(tuple)
 requests = st.builds(Asked, uint16, st.sampled_from(REQUEST_KINDS), uint16, st.integers(-1, 65534))
 snapshots = st.builds(
@@ -302,9 +302,12 @@ def test_the_bytes_of_a_snapshot_are_those_written_down():
     snapshot = Snapshot(
         0xCBF43926, Configuration((1,), (2,), "ok"), 3, "manual", True, (4,), (Asked(5, "act", 6),), 258
     )
-    # Checksum, level, mode, paused, count; the outcome; then active, parked, locked and asked after their counts.
-    by_hand = "cbf43926 03 02 01 0102 02 6f6b 0001 0001 0001 0002 0001 0004 0004 0005 0004 0006 0000"
+    # Checksum; level 3, mode 2 and paused in the flags; count, outcome; active, parked, locked, asked after their counts.
+    by_hand = "cbf43926 1b 0102 02 6f6b 01 01 01 02 01 04 04 05 04 06 00"
     assert snapshot.pack().hex() == by_hand.replace(" ", "")
+    wide = replace(snapshot, locked=(256,), asked=())
+    by_hand = "cbf43926 3b 0102 02 6f6b 0001 0001 0001 0002 0001 0100 0000"
+    assert wide.pack().hex() == by_hand.replace(" ", "")
 
 
 def test_both_sites_and_the_link_number_kinds_alike():
