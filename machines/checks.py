@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from teleop_sim.core.errors import BadInput, Problem, unknown_name
 from teleop_sim.machines.checks_keys import key_problems, parameter_problems
 from teleop_sim.machines.elements import INHERIT, PARKED, Autonomy, Concurrence, Edge, Element, Group, Row, State
-from teleop_sim.machines.net import join, walk
+from teleop_sim.machines.net import walk
 
 if TYPE_CHECKING:
     from teleop_sim.machines.declare import Machine
 
-MOST_EDGES = 65536
-"""An edge's place in the table is sent as one byte or two."""
+MOST_EDGES = 65535
+"""An edge's place in the table is sent as one byte or two, and one number says *none*."""
 
 Container = Group | Concurrence
 
@@ -80,6 +80,7 @@ def _container(where: str, path: str, element: Container, ends: frozenset[str]) 
             )
     if isinstance(element, Group):
         yield from _ways(where, element, ends)
+        yield from _hasty(where, element)
     else:
         yield from _rules(where, element)
 
@@ -200,8 +201,27 @@ def _ways(where: str, group: Group, ends: frozenset[str]) -> Iterator[Problem]:
     reached |= closure(group.spare, steps)
     leads_out = closure((*ends, *group.outcomes), ((b, a) for a, b in steps))
     for child in group.states:
-        here = join(where, child.name) if "/" in where else f"{where}: {child.name}"
+        here = f"{where}: {child.name}" if not group.name else f"{where}/{child.name}"
         if child.name not in reached:
             yield Problem(here, "unreachable from the start", "Give an edge that leads to it.")
         if child.name not in leads_out:
             yield Problem(here, "no way out", "Give edges that lead to an end, or make it one.")
+
+
+def _hasty(where: str, group: Group) -> Iterator[Problem]:
+    """Decisions whose suggestions lead round in a circle: they would pass again and again without any time going by."""
+    suggests = {s.name: s.suggests for s in group.states if isinstance(s, State) and s.decides and s.suggests}
+    leads = {
+        e.state: e.next_state
+        for e in group.edges
+        if suggests.get(e.state) == e.event and e.next_state in suggests and e.threshold < max(Autonomy)
+    }
+    for name in leads:
+        seen, here = {name}, leads[name]
+        while here in leads and here not in seen:
+            seen.add(here)
+            here = leads[here]
+        if here == name:
+            at = f"{where}: {name}" if not group.name else f"{where}/{name}"
+            hint = "Let the suggestion wait for a person (threshold full), or put a state with a program between."
+            yield Problem(at, "its suggestion leads back to it through decisions alone, in no time", hint)

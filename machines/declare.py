@@ -155,7 +155,8 @@ class Machine:
     @cached_property
     def checksum(self) -> int:
         """32 bits over everything that both sites must agree on: whatever is declared, but no words and notes."""
-        return crc32(repr(_bare(self.top)).encode())
+        ends = sorted(self.ends), sorted(self.goals)
+        return crc32(repr((_bare(self.top), ends, self.parameters)).encode())
 
     def given(self, **values: Value) -> Machine:
         """The machine with other values of its parameters.
@@ -257,7 +258,8 @@ def _bare(element: Element) -> object:
     if isinstance(element, State):
         return replace(element, action="")
     inside = tuple(_bare(child) for child in element.states)
-    edges = tuple(replace(edge, note="") for edge in element.edges)
+    # A threshold may be written as a number or by its name.
+    edges = tuple(replace(edge, threshold=int(edge.threshold), note="") for edge in element.edges)
     return repr(replace(element, states=(), edges=edges)), inside
 
 

@@ -77,13 +77,13 @@ MENDINGS: Mapping[str, tuple[Mending, ...]] = MappingProxyType(
             Mending(
                 "Retract_Arms/Open_Fingers",
                 "nothing leads there",
-                ("Retract_Arms: Open_Fingers: unreachable from the start",),
+                ("Retract_Arms/Open_Fingers: unreachable from the start",),
                 spare=True,
             ),
             Mending(
                 "Retract_Arms/Close_Fingers",
                 "nothing leads there but Open_Fingers and itself, where it would close the fingers for ever",
-                ("Retract_Arms: Close_Fingers: unreachable from the start",),
+                ("Retract_Arms/Close_Fingers: unreachable from the start",),
                 spare=True,
             ),
         ),

@@ -217,7 +217,7 @@ class Link(Part):
     preset: Annotated[str | None, *named("A link with a name, one of", PRESETS)] = None
     heartbeat: Literal["state", "hash"] = Field(
         default="state",
-        description='"state" or "hash": what the field site\'s heartbeat tells: all that the mirror should hold, or its hash.',
+        description='"state" or "hash": the field site\'s heartbeat tells all that the mirror must hold, or its hash.',
     )
     heartbeat_s: float = Field(
         default=10.0,

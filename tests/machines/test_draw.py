@@ -17,7 +17,11 @@ from teleop_sim.machines.elements import Concurrence, Edge, Group, Rule, State
 from teleop_sim.machines.library import MACHINES
 from teleop_sim.machines.net import Configuration
 
-needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+
+@pytest.fixture
+def dot():
+    assert shutil.which("dot"), "Graphviz draws the pictures: run make setup, or install the package graphviz"
+
 
 BOTH = Concurrence(
     "both",
@@ -143,7 +147,7 @@ def test_quotes_and_line_ends_in_names_are_kept_out_of_dot():
     assert "wait &quot;here&quot;" in machine_dot(DOOR)
 
 
-@needs_dot
+@pytest.mark.usefixtures("dot")
 @pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])
 def test_pictures_are_made_of_it(tmp_path: Path, suffix: str):
     begins = {".svg": b"<?xml", ".png": b"\x89PNG", ".pdf": b"%PDF"}[suffix]
@@ -152,7 +156,7 @@ def test_pictures_are_made_of_it(tmp_path: Path, suffix: str):
     assert out.read_bytes().startswith(begins)
 
 
-@needs_dot
+@pytest.mark.usefixtures("dot")
 def test_the_same_machine_gives_the_same_picture(tmp_path: Path):
     for name in ("a.svg", "b.svg"):
         write_drawing(machine_dot(DOOR), tmp_path / name)
@@ -161,7 +165,7 @@ def test_the_same_machine_gives_the_same_picture(tmp_path: Path):
     assert "wait &quot;here&quot;" in svg
 
 
-@needs_dot
+@pytest.mark.usefixtures("dot")
 def test_what_dot_cannot_read_is_said(tmp_path: Path):
     with pytest.raises(BadInput, match="made no picture"):
         write_drawing("digraph {", tmp_path / "x.svg")

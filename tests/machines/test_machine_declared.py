@@ -115,7 +115,7 @@ def test_an_edge_is_found_by_its_place():
         ({"states": (State("a", "a", (Row("go", (), "go"), Row("go", (), "go"))), State("b"))}, "two rows"),
         ({"ends": frozenset()}, "Name a state in which the machine stops"),
         ({"start": "z"}, "unknown name 'z'"),
-        ({"edges": tuple(Edge("a", str(i), "b", 0) for i in range(65537))}, "two bytes"),
+        ({"edges": tuple(Edge("a", str(i), "b", 0) for i in range(65536))}, "two bytes"),
     ],
 )
 def test_a_bad_machine_is_refused(change, says):

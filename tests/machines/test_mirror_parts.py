@@ -302,7 +302,7 @@ def test_the_bytes_of_a_snapshot_are_those_written_down():
     snapshot = Snapshot(
         0xCBF43926, Configuration((1,), (2,), "ok"), 3, "manual", True, (4,), (Asked(5, "act", 6),), 258
     )
-    # Checksum; level 3, mode 2 and paused in the flags; count, outcome; active, parked, locked, asked after their counts.
+    # Checksum; level 3, mode 2 and paused in the flags; count, outcome; active, parked, locked, asked, each counted.
     by_hand = "cbf43926 1b 0102 02 6f6b 01 01 01 02 01 04 04 05 04 06 00"
     assert snapshot.pack().hex() == by_hand.replace(" ", "")
     wide = replace(snapshot, locked=(256,), asked=())
