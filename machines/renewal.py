@@ -24,12 +24,14 @@ def renewed(machine: Machine, patch: Patch, now: Configuration, visits: Sequence
         changed = apply(machine, patch)
     except TeleopError as problem:
         return str(problem).splitlines()[0]
-    gone = vanishing(machine, changed, now, tuple(_needed(visits)))
+    gone = vanishing(machine, changed, now, tuple(_needed(machine, visits)))
     return f"would vanish while at work: {', '.join(gone)}" if gone else changed
 
 
-def _needed(visits: Sequence[Visit]) -> Iterator[tuple[str, str]]:
-    """Outcomes that are suggested, held or raised: (path, event)."""
+def _needed(machine: Machine, visits: Sequence[Visit]) -> Iterator[tuple[str, str]]:
+    """Outcomes that are suggested, held or raised, or that a running program may come to: (path, event)."""
     for visit in visits:
+        if visit.busy:
+            yield from ((edge.state, edge.event) for edge in machine.outcomes_of(visit.path))
         events = (visit.pending.event if visit.pending else "", visit.held.event if visit.held else "", visit.raised)
         yield from ((visit.path, event) for event in events if event)

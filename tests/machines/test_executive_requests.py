@@ -257,6 +257,18 @@ def test_a_change_is_refused_that_is_for_another_version_or_takes_away_what_is_s
     assert site.executive.machine == one(2)
 
 
+def test_what_a_running_program_may_come_to_is_not_taken_away():
+    machine = Machine(
+        "two", "s", (State("s", "s"), State("end")), (Edge("s", "ok", "end", 0), Edge("s", "no", "s", 0, "retry")),
+        frozenset({"end"}),
+    )  # fmt: skip
+    site = Site(machine, {"s": [(3.0, "no"), (3.0, "ok")]})
+    site.at(1.0, lambda: change(site, RemoveOutcome("s", "no")))
+    site.run()
+    assert site.effects() == ["ignored"]
+    assert [event for _, _, event, _ in site.taken()] == ["no", "ok"]
+
+
 def test_a_new_target_holds_for_what_is_at_work():
     machine = Machine(
         "two", "s", (State("s", "s"), State("t", "t"), State("end")),
