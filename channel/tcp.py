@@ -1,4 +1,4 @@
-"""TCP as a delivery: a connection opened by a handshake, a stream of bytes in order, repeated after RFC 6298.
+"""TCP as a delivery: a connection opened by a handshake, a stream of bytes in order, repeated after RFC 6298 and 6582.
 
 Each side that sends opens a connection of its own, in which data go one way and acknowledgements the other, as with
 ROS's publishers. What is charged: every packet is an IPv4 and a TCP header (40 bytes, ``tcp_wire.py``) and its data;
@@ -7,9 +7,11 @@ the header. ``header_bytes`` of the direction come on top: they are those of lay
 TCP's and IP's own, which would be charged twice, and refused. Topics of packets: the message's, ``syn``, ``syn_ack``,
 ``ack``.
 
-Not modelled: congestion control, slow start and fast retransmission (RFC 5681: the window is fixed), delayed and
-selective acknowledgements, acknowledgements in the head of data, options, the end of a connection (FIN, RST), keeping
-small messages back (Nagle). PSH as the end of a message is what common systems do and no standard promises.
+Not modelled: congestion control and slow start (RFC 5681: the window is fixed), delayed and selective acknowledgements,
+acknowledgements in the head of data, options, the end of a connection (FIN, RST), keeping small messages back (Nagle).
+Without the option of timestamps (RFC 7323) no round trip of a repetition is ever measured (Karn): while there is always
+a hole the time-out that has doubled stays. PSH as the end of a message is what common systems do and no standard
+promises.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ class Tcp:
     Raises:
         BadInput: with all problems found.
 
-    Sources: RFC 9293 (handshake, segments, answers to what comes twice), RFC 6298 (timer).
+    Sources: RFC 9293 (handshake, segments, answers to what comes twice), RFC 6298 (timer), RFC 5681, section 3.2, and
+    RFC 6582 (fast retransmission, partial acknowledgements).
 
     """
 

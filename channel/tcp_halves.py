@@ -1,4 +1,4 @@
-"""The halves of a TCP connection (``tcp.py``): who opens, sends and repeats; and, by its name, who answers."""
+"""The half of a TCP connection (``tcp.py``) that opens, sends and repeats; the other is in ``tcp_listener.py``."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ class Recovery:
         until: the next number to be sent when something was last taken for lost; RFC 6582's ``recover`` is one less.
         under_way: not all before ``until`` is acknowledged.
 
-    After a time-out, too, each acknowledgement that leaves a part of what was on its way then repeats the oldest.
-    RFC 5681 lets go of all that was on its way and begins anew by slow start; one segment an acknowledgement is its
-    pace without the doubling (assumed).
+    After a time-out, too, each acknowledgement that leaves a part of what was on its way repeats the oldest. By RFC
+    5681 a sender takes all of that for lost and repeats it by slow start; one segment an acknowledgement, without
+    slow start's growth, is assumed.
 
     Not modelled: selective acknowledgements (RFC 6675), a limit for few segments on their way (RFC 5827), telling a
     time-out that was too early from a loss (RFC 5682), the heuristics of RFC 6582, section 4.
