@@ -42,8 +42,9 @@ class Recovery:
 
         """
         counted = replace(self, duplicates=self.duplicates + 1)
-        # Copies of what had arrived are answered by duplicates too: of those nothing is concluded.
-        if self.under_way or counted.duplicates != DUPLICATES or oldest <= self.until:
+        # Copies of what had arrived are answered by duplicates too: of those nothing is concluded, nor while a recovery
+        # is under way.
+        if counted.duplicates != DUPLICATES or oldest <= self.until:
             return counted, False
         return Recovery(counted.duplicates, following, under_way=True), True
 

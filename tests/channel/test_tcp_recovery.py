@@ -66,6 +66,17 @@ def test_the_timer_begins_anew_with_the_repetition(talk):
     assert s.sent("up", "chat")[5:] == [close(4 * DATA_S + BACK_S), close(4 * DATA_S + BACK_S + FIRST_S)]
 
 
+def test_of_a_repetition_no_round_trip_is_measured(talk):
+    # The first of the burst was timed and repeated (Karn): the time-out of a later message is still the first.
+    s = talk.story(Tcp(open_at_start=True), UP, DOWN, lose_up=talk.These(0, 6))
+    for message in messages(5):
+        s.link.station.send("chat", message)
+    s.env.run(until=50.0)
+    s.link.station.send("chat", b"later")
+    s.until(100.0)
+    assert s.sent("up", "chat")[6:] == [50.0, close(50.0 + FIRST_S)]
+
+
 def test_two_duplicates_may_be_disorder_and_wait_for_the_timer(talk):
     s = burst(talk, 3, lose_up=talk.These(0))
     assert s.sent("up", "chat") == [0.0] * 3 + [FIRST_S]
