@@ -206,7 +206,8 @@ class Book:
         entry = self._open.pop(number)
         first_s = entry.first_s if entry.tries else ended_s
         copy_s = entry.copy_s if entry.tries else ended_s
-        arrived_s = entry.arrived_s if entry.arrived else ended_s
+        # A copy that comes after its message was given up is part of no wait.
+        arrived_s = min(entry.arrived_s, ended_s) if entry.arrived else ended_s
         self._tell(
             Fate(
                 number=number,

@@ -80,9 +80,19 @@ class Story:
 
     @cached_property
     def asked_at_s(self) -> dict[int, float]:
-        """When the operator got each request (NaN: never). Requests are sent in the order in which they are logged."""
-        arrivals = [p.arrived_s for p in self.packets["down"] if p.topic == "request"]
-        return {r.request: t for r, t in zip(self.all(rec.Requested), arrivals, strict=True)}
+        """When the operator got each request (infinite: never): by itself, or with a state that was told after it.
+
+        Requests are sent in the order in which they are logged.
+        """
+        sent = [p for p in self.packets["down"] if p.topic == "request"]
+        states = [p for p in self.packets["down"] if p.topic == "sync_state" and p.outcome == "delivered"]
+        return {
+            r.request: min(
+                (q.arrived_s for q in (p, *(s for s in states if s.sent_s >= r.t_s)) if q.outcome == "delivered"),
+                default=math.inf,
+            )
+            for r, p in zip(self.all(rec.Requested), sent, strict=True)
+        }
 
     @cached_property
     def joints(self) -> dict[str, int]:
