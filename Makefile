@@ -1,14 +1,20 @@
-# Everything a user or CI needs; only python3 (3.11 or newer) and make are taken for granted.
+# Everything a user or CI needs; only python3 (3.11 or newer), make and a Debian-like system are taken for granted.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+
+# Graphviz lays out the drawings of machines. Where nobody may install packages, all but those drawings works.
+SYSTEM := graphviz
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 
 .PHONY: setup demo test lint types unit bench validate clean
 
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml
+	@command -v dot >/dev/null || { $(SUDO) apt-get -qq update && $(SUDO) apt-get -qq install -y $(SYSTEM) >/dev/null; } \
+	  || echo "could not install $(SYSTEM): drawings of machines need it"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 	@# compile the control law once, so that no first run pays for it
@@ -35,6 +41,7 @@ test: lint types unit
 bench: setup
 	$(BIN)/python benchmarks/link_rate.py
 	$(BIN)/python benchmarks/physics_rate.py
+	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 
 validate: setup

@@ -6,7 +6,16 @@ import struct
 from typing import ClassVar, Literal, Self
 
 from teleop_sim.channel.codec import BadMessage, pack_counts, unpack_counts
-from teleop_sim.channel.message import UINT8_MAX, Counts, Message, body_of, index_of, message
+from teleop_sim.channel.message import (
+    UINT8_MAX,
+    UINT16_MAX,
+    Message,
+    body_of,
+    index_of,
+    message,
+    pack_number,
+    unpack_number,
+)
 from teleop_sim.channel.quantise import (
     GROUND,
     ROTATION,
@@ -30,17 +39,40 @@ _WALK = struct.Struct(">fff?f")
 
 
 @message("up", "force", b"\x05")
-class Force(Counts):
-    """The operator forces an outcome: ``edge`` is its number in the machine's table, which both sites hold.
+class Force(Message):
+    """The operator forces an outcome.
 
-    The edge names the state that it leaves, so that a command that comes late can be told from one in time.
+    The edge names its state, and ``seen`` the visit to it that the operator means, so that the field site can tell a
+    command in time from one that is late, doubled or repeated (``machines/ledger.py``): none is executed twice. A
+    repeat is the same bytes.
+
+    Attributes:
+        edge: place of the outcome in the machine's table, which both sites hold.
+        seen: how many transitions the control station had seen, modulo 65536.
 
     Source of the idea: Schillinger, Kohlbrecher, von Stryk, ICRA 2016, 2796-2802 (FlexBE's forced outcomes).
+
     """
 
-    layout: ClassVar = "type, edge of the machine's table"
-    limits: ClassVar = (UINT8_MAX,)
+    layout: ClassVar = "type, transitions seen (2), edge of the machine's table (1, above 255 2)"
     edge: int
+    seen: int
+
+    @classmethod
+    def example(cls) -> Self:
+        """Of a table of at most 256 edges."""
+        return cls(UINT8_MAX, 1000)
+
+    def encode(self) -> bytes:
+        """Type, transitions seen, edge."""
+        return self.marks + pack_counts((self.seen,), (UINT16_MAX,), self.topic) + pack_number(self.edge, self.topic)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``."""
+        body = body_of(cls, payload)
+        (seen,) = unpack_counts(body[:2], (UINT16_MAX,), cls.topic)
+        return cls(unpack_number(body[2:], cls.topic), seen)
 
 
 @message("up", "template_pose", b"\x06")

@@ -1,18 +1,18 @@
-"""What became of the packets of each topic, counted from their records. Memory: one entry a topic."""
+"""What became of the packets (or messages) of each topic, counted from their records. Memory: one entry a topic."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from teleop_sim.core.records import PacketEnded, Record
+from teleop_sim.core.records import MessageEnded, PacketEnded, Record
 
 WAITS = ("queue_s", "serialisation_s", "blackout_s", "propagation_s", "retransmission_s")
-"""Fields of a packet's record that add up to ``arrived_s - sent_s``."""
+"""Fields of a packet's record that add up to ``arrived_s - sent_s``, and of a message's to ``delivered_s - sent_s``."""
 
 
 @dataclass(slots=True)
 class TopicCounts:
-    """One topic. ``offered == delivered + sum(dropped.values()) + in_flight`` always.
+    """Packets, or messages, of one topic. ``offered == delivered + sum(dropped.values()) + in_flight`` always.
 
     Attributes:
         delivered: packets that arrived whole.
@@ -44,16 +44,23 @@ class TopicCounts:
 
     def add(self, packet: PacketEnded) -> None:
         """Count one packet that has ended."""
-        if packet.outcome == "delivered":
+        self._count(packet, packet.size_bits)
+
+    def add_message(self, message: MessageEnded) -> None:
+        """Count one message that has ended; its bits are those of the payload."""
+        self._count(message, 8 * message.payload_bytes)
+
+    def _count(self, ended: PacketEnded | MessageEnded, bits: int) -> None:
+        if ended.outcome == "delivered":
             self.delivered += 1
-            self.delivered_bits += packet.size_bits
-            self.queue_s += packet.queue_s
-            self.serialisation_s += packet.serialisation_s
-            self.blackout_s += packet.blackout_s
-            self.propagation_s += packet.propagation_s
-            self.retransmission_s += packet.retransmission_s
-        elif packet.outcome == "dropped":
-            self.dropped[packet.reason] = self.dropped.get(packet.reason, 0) + 1
+            self.delivered_bits += bits
+            self.queue_s += ended.queue_s
+            self.serialisation_s += ended.serialisation_s
+            self.blackout_s += ended.blackout_s
+            self.propagation_s += ended.propagation_s
+            self.retransmission_s += ended.retransmission_s
+        elif ended.outcome == "dropped":
+            self.dropped[ended.reason] = self.dropped.get(ended.reason, 0) + 1
         else:
             self.in_flight += 1
 
@@ -72,10 +79,17 @@ class Counters:
     def __call__(self, record: Record) -> None:
         """Take a record."""
         if isinstance(record, PacketEnded):
-            counts = self.by_topic.get(record.topic)
-            if counts is None:
-                counts = self.by_topic[record.topic] = TopicCounts()
-            counts.add(record)
+            self._of(record.topic).add(record)
+
+    def count_message(self, message: MessageEnded) -> None:
+        """Take the end of a message; packets and messages belong into counters of their own."""
+        self._of(message.topic).add_message(message)
+
+    def _of(self, topic: str) -> TopicCounts:
+        counts = self.by_topic.get(topic)
+        if counts is None:
+            counts = self.by_topic[topic] = TopicCounts()
+        return counts
 
     @property
     def total(self) -> TopicCounts:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from typing import ClassVar, Literal, Self
 
 from teleop_sim.channel.codec import BadMessage, line_bytes, line_text, pack_counts, unpack_counts
@@ -14,28 +13,31 @@ from teleop_sim.channel.message import (
     UINT32_MAX,
     Counts,
     Message,
+    Number,
+    Sized,
     body_of,
     index_of,
     message,
+    pack_number,
+    unpack_number,
 )
 from teleop_sim.channel.quantise import Vector, pack_joints, pack_pose, unpack_joints, unpack_pose
 from teleop_sim.core.records import MODES
 
-RequestKind = Literal["confirm", "manual"]
+RequestKind = Literal["confirm", "manual", "decide", "data", "act"]
 HandleName = Literal["pitch", "yaw"]
 
-REQUEST_KINDS: tuple[RequestKind, ...] = ("confirm", "manual")
+REQUEST_KINDS: tuple[RequestKind, ...] = ("confirm", "manual", "decide", "data", "act")
 HANDLES: tuple[HandleName, ...] = ("pitch", "yaw")
 
 _LOG_TIME_CHARS, _LOG_SEPARATOR, _LOG_END = 13, " : ", "\r\n"
 
 
 @message("down", "mirror", b"\x10")
-class MirrorUpdate(Counts):
-    """The machine took a transition: ``edge`` is its number in the machine's table, which both sites hold."""
+class MirrorUpdate(Number):
+    """The machine took an outcome: ``edge`` is its place in the machine's table, which both sites hold."""
 
-    layout: ClassVar = "type, edge of the machine's table"
-    limits: ClassVar = (UINT8_MAX,)
+    layout: ClassVar = "type, edge of the machine's table (1, above 255 2)"
     edge: int
 
 
@@ -59,17 +61,22 @@ class LevelIs(Counts):
 
 @message("down", "request", b"\x13")
 class Request(Message):
-    """The field site asks: to ``confirm`` a suggested event, or for ``manual`` help.
+    """The field site asks for an answer.
 
-    ``state`` and ``event`` are numbers in the machine's tables, 0 to 255; ``request`` is what an answer names.
+    Attributes:
+        request: its number, which an answer names.
+        kind: to ``confirm`` a suggested outcome, for an event (``manual``) or a decision (``decide``), for ``data``, or
+            to ``act`` in lieu of a state.
+        node: number of the state or container that asks, in the machine's table of nodes.
+        edge: place of the suggested outcome in the machine's table, or -1.
+
     """
 
-    layout: ClassVar = "type, request (2), kind, state, event"
-    limits: ClassVar = (UINT16_MAX, len(REQUEST_KINDS) - 1, UINT8_MAX, UINT8_MAX)
+    layout: ClassVar = "type, request (2), kind, node, edge + 1 (1 each; 2 each where one is above 255)"
     request: int
     kind: RequestKind
-    state: int
-    event: int
+    node: int
+    edge: int = -1
 
     @classmethod
     def example(cls) -> Self:
@@ -77,15 +84,92 @@ class Request(Message):
         return cls(1, "confirm", 7, 2)
 
     def encode(self) -> bytes:
-        """Type, request (two bytes), kind, state, event."""
-        values = (self.request, index_of(self.kind, REQUEST_KINDS, self.topic), self.state, self.event)
-        return self.marks + pack_counts(values, self.limits, self.topic)
+        """Type, request, kind, node, edge + 1."""
+        if not isinstance(self.edge, int):
+            raise BadMessage(self.topic, f"edge {self.edge!r} cannot be sent", "Give a whole number, or -1 for none.")
+        kind = index_of(self.kind, REQUEST_KINDS, self.topic)
+        narrow = isinstance(self.node, int) and max(self.node, self.edge + 1) <= UINT8_MAX
+        limits = _request_limits(UINT8_MAX if narrow else UINT16_MAX)
+        return self.marks + pack_counts((self.request, kind, self.node, self.edge + 1), limits, self.topic)
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
         """Inverse of ``encode``."""
-        request, kind, state, event = unpack_counts(body_of(cls, payload), cls.limits, cls.topic)
-        return cls(request, REQUEST_KINDS[kind], state, event)
+        body = body_of(cls, payload)
+        limits = _request_limits(UINT8_MAX if len(body) <= _REQUEST_NARROW else UINT16_MAX)
+        request, kind, node, edge = unpack_counts(body, limits, cls.topic)
+        if len(body) > _REQUEST_NARROW and max(node, edge) <= UINT8_MAX:
+            raise BadMessage(cls.topic, f"{node} and {edge} in two bytes each", "They have one each up to 255.")
+        return cls(request, REQUEST_KINDS[kind], node, edge - 1)
+
+
+_REQUEST_NARROW = 5
+"""Bytes after the type byte when node and edge have one each."""
+
+
+def _request_limits(most: int) -> tuple[int, ...]:
+    return UINT16_MAX, len(REQUEST_KINDS) - 1, most, most
+
+
+@message("down", "withdrawn", b"\x90")
+class Withdrawn(Counts):
+    """A request is over although its state was not left: nobody needs to answer it any more."""
+
+    layout: ClassVar = "type, request (2)"
+    limits: ClassVar = (UINT16_MAX,)
+    request: int
+
+
+@message("down", "paused", b"\x91")
+class PausedIs(Counts):
+    """The machine is paused (1) or goes on (0)."""
+
+    layout: ClassVar = "type, paused"
+    limits: ClassVar = (1,)
+    paused: int
+
+
+@message("down", "locked", b"\x92")
+class LockedIs(Message):
+    """A state or container, by its number, is locked (1) or no longer (0)."""
+
+    layout: ClassVar = "type, locked, node (1, above 255 2)"
+    node: int
+    locked: int
+
+    @classmethod
+    def example(cls) -> Self:
+        """Locked."""
+        return cls(7, 1)
+
+    def encode(self) -> bytes:
+        """Type, locked, node."""
+        return self.marks + pack_counts((self.locked,), (1,), self.topic) + pack_number(self.node, self.topic)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``."""
+        body = body_of(cls, payload)
+        (locked,) = unpack_counts(body[:1], (1,), cls.topic)
+        return cls(unpack_number(body[1:], cls.topic), locked)
+
+
+@message("down", "sync_state", b"\x93")
+class SyncState(Sized):
+    """The whole state of the machine, in answer to ``SyncRequest`` or ``Attach``, or when no other message can tell it.
+
+    Attributes:
+        data: as ``machines/sync.py`` packs it; neither the link nor this message looks into it.
+
+    """
+
+    layout: ClassVar = "type, count n (2), packed state (n)"
+    data: bytes
+
+    @classmethod
+    def example(cls) -> Self:
+        """One active state and one open request; the length is what counts."""
+        return cls(bytes(30))
 
 
 @message("down", "log", b"0123456789")
@@ -173,9 +257,10 @@ class HandlePose(Message):
 
 @message("down", "sync_hash", b"\x16")
 class SyncHash(Counts):
-    """What the field site's copy of the mirrored state hashes to, for the control station to compare with its mirror's.
+    """The heartbeat: which machine runs, and its state's hash for the control station to compare with its mirror's.
 
     Attributes:
+        behaviour: checksum of the machine that runs.
         crc32: of the state's bytes, whose form both sites agree on. Two states whose bytes differ within 32 bits in a
             row never hash alike; two that have nothing to do with each other do with probability 2**-32 = 2.3e-10.
 
@@ -183,14 +268,10 @@ class SyncHash(Counts):
 
     """
 
-    layout: ClassVar = "type, CRC-32 of the state (4)"
-    limits: ClassVar = (UINT32_MAX,)
+    layout: ClassVar = "type, checksum of the machine (4), CRC-32 of the state (4)"
+    limits: ClassVar = (UINT32_MAX, UINT32_MAX)
+    behaviour: int
     crc32: int
-
-    @classmethod
-    def of(cls, state: bytes) -> Self:
-        """The hash of a state, given as bytes."""
-        return cls(zlib.crc32(state))
 
 
 @message("down", "joint_state", b"\x17")

@@ -14,5 +14,7 @@ BUDGET = "budget"
 """What was left of the bit budget was less than the whole packet."""
 GAVE_UP = "gave_up"
 """The endpoint had tried as often as it may."""
+NO_CONNECTION = "no_connection"
+"""The endpoint's patience was over before its connection was open: none of its bytes went out."""
 
-DROP_REASONS = (QUEUE_FULL, SUPERSEDED, LOST, BLACKOUT, BUDGET, GAVE_UP)
+DROP_REASONS = (QUEUE_FULL, SUPERSEDED, LOST, BLACKOUT, BUDGET, GAVE_UP, NO_CONNECTION)

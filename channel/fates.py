@@ -27,7 +27,8 @@ class Fate:
         payload_bytes: of the message, without what the delivery adds.
         outcome: ``delivered`` (the other site's application got it), ``gave_up`` (it never will) or ``in_flight``
             (the run ended first).
-        reason: of ``gave_up``: the name ``gave_up``, or of a best-effort packet why it was dropped; else empty.
+        reason: of ``gave_up``: ``gave_up`` or ``no_connection`` (``drops.py``), or of a best-effort packet why it was
+            dropped; else empty.
         tries: copies offered to the link.
         offered_s: when the application handed it over.
         ended_s: when it was delivered, given up, or the run ended.
@@ -37,6 +38,7 @@ class Fate:
         order_s: held by the receiver until all before it were there.
         text: what it meant, for readers; never sent.
         packet: number, in its direction, of the packet in which it arrived; if it did not, of its last; -1: none.
+        record: of that packet; None: there is no packet, or it has not ended.
 
     The four waits add up to ``ended_s - offered_s``. Of a message in several packets they are those of the part that
     arrived last.
@@ -57,6 +59,7 @@ class Fate:
     order_s: float
     text: str
     packet: int = -1
+    record: PacketEnded | None = field(default=None, compare=False, repr=False)
 
 
 Tell = Callable[[Fate], None]
@@ -66,6 +69,7 @@ Tell = Callable[[Fate], None]
 class _Open:
     """A message without a fate; ``on_way``: copies whose packets have not ended. A time is NaN before it comes.
 
+    ``record``: of the packet ``packet``. ``reason``: why its sender gave up, if it does.
     ``missing``: parts that have not arrived; ``firsts_s``: when the first copy of a part was offered. ``first_s``,
     ``copy_s`` and ``packet`` are of the last copy's part, and once all have arrived of the part that came last.
     """
@@ -83,6 +87,8 @@ class _Open:
     copy_s: float = math.nan
     arrived_s: float = math.nan
     gave_up_s: float = math.nan
+    reason: str = GAVE_UP
+    record: PacketEnded | None = None
 
     @property
     def arrived(self) -> bool:
@@ -137,11 +143,16 @@ class Book:
         entry.firsts_s.setdefault(part, self._env.now)
         if not entry.arrived:
             entry.first_s, entry.copy_s, entry.packet = entry.firsts_s[part], self._env.now, packet
+            entry.record = None
 
     def packet_ended(self, packet: PacketEnded) -> None:
         """The record of a packet is written. If it was delivered, its receiver is told after this."""
         number, part = self._packets.pop(packet.packet, (-1, 0))
-        if (entry := self._open.get(number)) is None or packet.outcome == "in_flight":
+        if (entry := self._open.get(number)) is None:
+            return
+        if packet.packet == entry.packet:
+            entry.record = packet
+        if packet.outcome == "in_flight":
             return
         entry.on_way -= 1
         if packet.outcome == "dropped":
@@ -153,20 +164,20 @@ class Book:
             entry.missing.remove(part)
             if not entry.missing:
                 entry.first_s, entry.packet = entry.firsts_s[part], packet.packet
-                entry.copy_s, entry.arrived_s = packet.sent_s, packet.arrived_s
+                entry.copy_s, entry.arrived_s, entry.record = packet.sent_s, packet.arrived_s, packet
             if self._best_effort:
                 self.deliver(number)
 
-    def abandon(self, number: int) -> None:
+    def abandon(self, number: int, reason: str = GAVE_UP) -> None:
         """The sender gives up now. While a copy is on its way, which may arrive, this is no fate yet."""
         if (entry := self._open.get(number)) is not None:
-            entry.gave_up_s = self._env.now
+            entry.gave_up_s, entry.reason = self._env.now, reason
             self._lose_if_hopeless(number)
 
     def passed_over(self, number: int) -> None:
         """The receiver will not take this number any more."""
         if number in self._open:
-            self._lose(number, GAVE_UP)
+            self._lose(number, self._open[number].reason)
 
     def deliver(self, number: int) -> None:
         """The application gets it now."""
@@ -177,14 +188,14 @@ class Book:
         """The run ends: what is open is given up, if its sender has and no copy is there, or in flight."""
         for number, entry in sorted(self._open.items()):
             if entry.abandoned and not entry.arrived:
-                self._lose(number, GAVE_UP)
+                self._lose(number, entry.reason)
             else:
                 self._end(number, "in_flight", "", self._env.now)
 
     def _lose_if_hopeless(self, number: int) -> None:
         entry = self._open[number]
         if entry.abandoned and not entry.arrived and not entry.on_way:
-            self._lose(number, GAVE_UP)
+            self._lose(number, entry.reason)
 
     def _lose(self, number: int, reason: str) -> None:
         entry = self._open[number]
@@ -195,7 +206,8 @@ class Book:
         entry = self._open.pop(number)
         first_s = entry.first_s if entry.tries else ended_s
         copy_s = entry.copy_s if entry.tries else ended_s
-        arrived_s = entry.arrived_s if entry.arrived else ended_s
+        # A copy that comes after its message was given up is part of no wait.
+        arrived_s = min(entry.arrived_s, ended_s) if entry.arrived else ended_s
         self._tell(
             Fate(
                 number=number,
@@ -212,5 +224,6 @@ class Book:
                 order_s=ended_s - arrived_s,
                 text=entry.text,
                 packet=entry.packet,
+                record=entry.record,
             )
         )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from teleop_sim.channel.blackouts import Schedule
 from teleop_sim.channel.rates import bits_between
 from teleop_sim.channel.settings import DirectionSettings
+from teleop_sim.channel.tcp import tcp_problems
 from teleop_sim.core.errors import BadInput, Problem
 
 SMALLEST_PAYLOAD_BYTES = 1
@@ -23,16 +25,22 @@ def refuse_undeliverable(settings: DirectionSettings, until_s: float, where: str
         raise BadInput(problems)
 
 
-def undeliverable(settings: DirectionSettings, until_s: float, where: str) -> tuple[Problem, ...]:
+def undeliverable(settings: DirectionSettings, until_s: float, where: str, tcp_bytes: int = 0) -> tuple[Problem, ...]:
     """Why not even a payload of one byte gets through: the budget, the dark, or light that is too short.
+
+    Where TCP is used, ``tcp_bytes`` is the smallest packet that it needs there (``tcp.least_packet_bytes``); then also
+    what keeps a direction from carrying TCP at all.
 
     How short is too short follows from the rule for blackouts: a fragment that pauses goes out in pieces, one that
     starts again or is lost needs one stretch of light for all of its bits.
     """
-    smallest_bits = 8 * (settings.header_bytes + SMALLEST_PAYLOAD_BYTES)
+    smallest_bits = 8 * (settings.header_bytes + max(SMALLEST_PAYLOAD_BYTES, tcp_bytes))
     found: list[Problem] = []
+    if tcp_bytes:
+        found += (replace(problem, where=f"{where}.{problem.where}") for problem in tcp_problems(settings, tcp_bytes))
     if settings.budget_bits < smallest_bits:
-        what = f"a budget of {settings.budget_bits:g} bits is below one header and one byte ({smallest_bits} bits)"
+        least = "one packet of TCP" if tcp_bytes else "one header and one byte"
+        what = f"a budget of {settings.budget_bits:g} bits is below {least} ({smallest_bits} bits)"
         found.append(Problem(f"{where}.budget_bits", what, f"Give at least {smallest_bits}."))
     rates = settings.rates or ((0.0, settings.rate_bps),)
     lights = light_windows(settings.blackouts, until_s)

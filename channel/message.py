@@ -125,6 +125,79 @@ class Counts(Message):
         return cls(*unpack_counts(body_of(cls, payload), cls.limits, cls.topic))
 
 
+def pack_number(value: int, where: str, limit: int = UINT16_MAX) -> bytes:
+    """A whole number from 0 to its limit: one byte up to 255, else two. The length tells which.
+
+    Raises:
+        BadMessage: a value that is no whole number or is out of range.
+
+    """
+    return pack_counts((value,), (UINT8_MAX if value in range(UINT8_MAX + 1) else limit,), where)
+
+
+def unpack_number(data: bytes, where: str, limit: int = UINT16_MAX) -> int:
+    """Inverse of ``pack_number``.
+
+    Raises:
+        BadMessage: no or too many bytes, two where one does, or a value above its limit.
+
+    """
+    (value,) = unpack_counts(data, (UINT8_MAX if len(data) < 2 else limit,), where)
+    if len(data) == 2 and value <= UINT8_MAX:
+        raise BadMessage(where, f"{value} in two bytes", "It has one up to 255.")
+    return value
+
+
+@dataclass(frozen=True)
+class Number(Message):
+    """A message of one number: its type byte, then one byte, or two above 255."""
+
+    @classmethod
+    def example(cls) -> Self:
+        """The greatest number of one byte: tables here are no longer."""
+        return cls(*[UINT8_MAX])
+
+    def encode(self) -> bytes:
+        """The type byte and the number."""
+        (value,) = astuple(self)
+        return self.marks + pack_number(value, self.topic)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``."""
+        return cls(*[unpack_number(body_of(cls, payload), cls.topic)])
+
+
+@dataclass(frozen=True)
+class Sized(Message):
+    """A message that ends in bytes of its own: after the type byte whole numbers, the bytes' count and the bytes.
+
+    Attributes:
+        limits: the greatest value of each of the numbers before the count; the least is 0.
+
+    """
+
+    limits: ClassVar[tuple[int, ...]] = ()
+
+    def encode(self) -> bytes:
+        """The type byte, the numbers, the count (two bytes) and the bytes."""
+        *numbers, data = astuple(self)
+        if not isinstance(data, bytes):
+            raise BadMessage(self.topic, f"{type(data).__name__} cannot be sent", "Give bytes.")
+        return self.marks + pack_counts((*numbers, len(data)), (*self.limits, UINT16_MAX), self.topic) + data
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """Inverse of ``encode``."""
+        body = body_of(cls, payload)
+        at = 2 + sum(1 if limit <= UINT8_MAX else 2 for limit in cls.limits)
+        *numbers, size = unpack_counts(body[:at], (*cls.limits, UINT16_MAX), cls.topic)
+        if len(body) != at + size:
+            raise BadMessage(cls.topic, f"{len(body) - at} bytes where {size} were announced", "None may be missing.")
+        fields: list[int | bytes] = [*numbers, body[at:]]
+        return cls(*fields)
+
+
 def index_of(name: str, names: tuple[str, ...], where: str) -> int:
     """Number of a name in a table both sites hold.
 

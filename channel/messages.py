@@ -1,8 +1,8 @@
 """The messages that cross the link, with their real encoding: the list, and bytes to message and back.
 
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
-Binary messages start with a type byte below 0x20. Text lines need none: a chat line starts with one of ``/*&|_$``,
-a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
+Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
+``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
 ``command_messages.py``, ``down_messages.py`` or ``picture_messages.py``, and its name here.
 """
 
@@ -28,12 +28,16 @@ from teleop_sim.channel.down_messages import (
     HandlePose,
     JointState,
     LevelIs,
+    LockedIs,
     LogLine,
     MirrorUpdate,
     ModeIs,
+    PausedIs,
     Request,
     RequestKind,
     SyncHash,
+    SyncState,
+    Withdrawn,
 )
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
 from teleop_sim.channel.picture_messages import (
@@ -44,7 +48,24 @@ from teleop_sim.channel.picture_messages import (
     encode_voxels,
     encode_webp,
 )
-from teleop_sim.channel.up_messages import Chat, Confirm, Reject, SetLevel, StopAll
+from teleop_sim.channel.up_messages import (
+    Answer,
+    Attach,
+    Chat,
+    Confirm,
+    HandBack,
+    Lock,
+    Modify,
+    Pause,
+    Preempt,
+    Reject,
+    Resume,
+    SetLevel,
+    StopAll,
+    SyncRequest,
+    TakeOver,
+    Unlock,
+)
 from teleop_sim.core.errors import UnknownName
 from teleop_sim.core.records import MODES
 
@@ -56,6 +77,8 @@ __all__ = [
     "MODES",
     "REQUEST_KINDS",
     "SIDES",
+    "Answer",
+    "Attach",
     "BadMessage",
     "CartesianTarget",
     "Chat",
@@ -63,6 +86,7 @@ __all__ = [
     "DirectionName",
     "FootstepGoal",
     "Force",
+    "HandBack",
     "HandleName",
     "HandlePose",
     "Image",
@@ -70,21 +94,33 @@ __all__ = [
     "JointState",
     "JointTargets",
     "LevelIs",
+    "Lock",
+    "LockedIs",
     "LogLine",
     "Message",
     "MirrorUpdate",
     "ModeIs",
+    "Modify",
+    "Pause",
+    "PausedIs",
+    "Preempt",
     "Reject",
     "Request",
     "RequestKind",
+    "Resume",
     "SetLevel",
     "Side",
     "StopAll",
     "SyncHash",
+    "SyncRequest",
+    "SyncState",
+    "TakeOver",
     "TemplatePose",
+    "Unlock",
     "VoxelCloud",
     "WalkCommand",
     "WebpImage",
+    "Withdrawn",
     "decode_message",
     "decode_payload",
     "encode_image",

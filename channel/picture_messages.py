@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
-from typing import ClassVar, Self
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -32,53 +34,87 @@ from teleop_sim.channel.voxels import (
 _CLOUD_HEAD = struct.Struct(">HhhhB")
 
 
-@message("down", "image", b"\x14")
-class Image(Message):
-    """A grey picture [px]. Sent as a type byte and the JPEG, which carries its own size."""
+class Coder(NamedTuple):
+    """How pictures of a format are made and read; see ``pictures.py``."""
 
-    layout: ClassVar = "type, grey JPEG"
+    name: str
+    maker: str
+    code: Callable[[np.ndarray, int, int, int], bytes]
+    size: Callable[[bytes, str], tuple[int, int]]
+    pixels: Callable[[bytes, str], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Picture(Message):
+    """A grey picture [px]. Sent as a type byte and the coded picture, which carries its own size.
+
+    Attributes:
+        width: of the picture [px].
+        height: of the picture [px].
+        coded: the picture in the format of its kind.
+
+    """
+
+    coder: ClassVar[Coder]
     resolution: ClassVar = "lossy"
-    source: ClassVar = "ITU-T T.81"
     packed: ClassVar = True
 
     width: int
     height: int
-    jpeg: bytes
+    coded: bytes
 
     @classmethod
     def example(cls) -> Self:
-        """A quarter of a video frame, at a quality that shows handles."""
-        made = encode_image(sample_picture(320, 170), 320, 170, 50)
-        return cls(made.width, made.height, made.jpeg)
+        """A quarter of a video frame, at a quality that shows handles (50, on the coder's own scale)."""
+        return cls(320, 170, cls.coder.code(sample_picture(320, 170), 320, 170, 50))
 
     def __post_init__(self) -> None:
         """Refuse what would not decode to the same.
 
         Raises:
-            BadMessage: no whole grey JPEG of this size.
+            BadMessage: no whole grey picture of this format and size.
 
         """
-        if jpeg_size(self.jpeg, self.topic) != (self.width, self.height):
-            raise BadMessage(self.topic, f"the JPEG is not {self.width} x {self.height} px", "Use encode_image.")
+        if self.coder.size(self.coded, self.topic) != (self.width, self.height):
+            came = f"the {self.coder.name} is not {self.width} x {self.height} px"
+            raise BadMessage(self.topic, came, f"Use {self.coder.maker}.")
 
     def encode(self) -> bytes:
-        """The type byte and the JPEG."""
-        return self.marks + self.jpeg
+        """The type byte and the coded picture."""
+        return self.marks + self.coded
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
         """Inverse of ``encode``."""
-        jpeg = body_of(cls, payload)
-        return cls(*jpeg_size(jpeg, cls.topic), jpeg)
+        coded = body_of(cls, payload)
+        return cls(*cls.coder.size(coded, cls.topic), coded)
 
     def pixels(self) -> np.ndarray:
         """What the receiver sees, (height, width) uint8.
 
         Raises:
-            BadMessage: a damaged JPEG.
+            BadMessage: a damaged picture.
 
         """
-        return jpeg_pixels(self.jpeg, self.topic)
+        return self.coder.pixels(self.coded, self.topic)
+
+
+@message("down", "image", b"\x14")
+class Image(Picture):
+    """A grey picture [px]. Sent as a type byte and the JPEG, which carries its own size."""
+
+    coder: ClassVar = Coder("JPEG", "encode_image", grey_jpeg, jpeg_size, jpeg_pixels)
+    layout: ClassVar = "type, grey JPEG"
+    source: ClassVar = "ITU-T T.81"
+
+
+@message("down", "webp_image", b"\x19")
+class WebpImage(Picture):
+    """A grey picture [px] in the younger format. Sent as a type byte and the WebP, which carries its own size."""
+
+    coder: ClassVar = Coder("WebP", "encode_webp", grey_webp, webp_size, webp_pixels)
+    layout: ClassVar = "type, lossy WebP of grey"
+    source: ClassVar = "RFC 9649, RFC 6386"
 
 
 def encode_image(pixels: np.ndarray, width: int, height: int, quality: int) -> Image:
@@ -89,55 +125,6 @@ def encode_image(pixels: np.ndarray, width: int, height: int, quality: int) -> I
 
     """
     return Image(width, height, grey_jpeg(pixels, width, height, quality))
-
-
-@message("down", "webp_image", b"\x19")
-class WebpImage(Message):
-    """A grey picture [px] in the younger format. Sent as a type byte and the WebP, which carries its own size."""
-
-    layout: ClassVar = "type, lossy WebP of grey"
-    resolution: ClassVar = "lossy"
-    source: ClassVar = "RFC 9649, RFC 6386"
-    packed: ClassVar = True
-
-    width: int
-    height: int
-    webp: bytes
-
-    @classmethod
-    def example(cls) -> Self:
-        """The picture of the example of ``Image``, at the same number on another scale of quality."""
-        made = encode_webp(sample_picture(320, 170), 320, 170, 50)
-        return cls(made.width, made.height, made.webp)
-
-    def __post_init__(self) -> None:
-        """Refuse what would not decode to the same.
-
-        Raises:
-            BadMessage: no whole lossy WebP of this size.
-
-        """
-        if webp_size(self.webp, self.topic) != (self.width, self.height):
-            raise BadMessage(self.topic, f"the WebP is not {self.width} x {self.height} px", "Use encode_webp.")
-
-    def encode(self) -> bytes:
-        """The type byte and the WebP."""
-        return self.marks + self.webp
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """Inverse of ``encode``."""
-        webp = body_of(cls, payload)
-        return cls(*webp_size(webp, cls.topic), webp)
-
-    def pixels(self) -> np.ndarray:
-        """What the receiver sees, (height, width) uint8.
-
-        Raises:
-            BadMessage: a damaged WebP.
-
-        """
-        return webp_pixels(self.webp, self.topic)
 
 
 def encode_webp(pixels: np.ndarray, width: int, height: int, quality: int) -> WebpImage:

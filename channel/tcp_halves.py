@@ -1,29 +1,24 @@
-"""The two halves of a TCP connection (``tcp.py``): who opens, sends and repeats, and who answers."""
+"""The half of a TCP connection (``tcp.py``) that opens, sends and repeats; the other is in ``tcp_listener.py``."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import simpy
 
 from teleop_sim.channel.codec import BadMessage
+from teleop_sim.channel.drops import GAVE_UP, NO_CONNECTION
 from teleop_sim.channel.fates import Book
 from teleop_sim.channel.settings import DirectionSettings
 from teleop_sim.channel.tcp import Tcp
+from teleop_sim.channel.tcp_listener import Put, TcpListener
+from teleop_sim.channel.tcp_recovery import Recovery
 from teleop_sim.channel.tcp_timer import RoundTrips
-from teleop_sim.channel.tcp_wire import FIRST_PORT, PORTS, SEQUENCE_NUMBERS, Segment
+from teleop_sim.channel.tcp_wire import FIRST_PORT, PORTS, SEQUENCE_NUMBERS, WINDOW_FIELD_MAX, Segment
 
-_WINDOW_FIELD_MAX = 65535
-
-
-class Put(Protocol):
-    """Offers a segment to the link now."""
-
-    def __call__(self, topic: str, segment: Segment, text: str, priority: int, copy_of: tuple[int, int] | None) -> None:
-        """``text`` and ``copy_of``, numbers of a message and of its part, are for the log."""
+__all__ = ["TcpListener", "TcpSender"]
 
 
 @dataclass(slots=True)
@@ -73,6 +68,7 @@ class TcpSender:
         # The oldest number that is not acknowledged, and the next to be sent.
         self._oldest = self._next = 0
         self._trips = RoundTrips()
+        self._recovery = Recovery()
         self._timed: tuple[int, float] | None = None
         self._alarm: simpy.Event | None = None
         self._alarm_is_last = False
@@ -127,7 +123,7 @@ class TcpSender:
         self._connections += 1
         self._book.firsts[self._port] = number
         self._oldest, self._next = 0, 1
-        self._trips = RoundTrips()
+        self._trips, self._recovery = RoundTrips(), Recovery()
 
     def _call(self, number: int) -> None:
         self._start(number)
@@ -138,7 +134,7 @@ class TcpSender:
         self._set_alarm()
 
     def _syn(self) -> None:
-        segment = Segment(self._port, to_listener=True, seq=0, ack=None, syn=True, window_bytes=_WINDOW_FIELD_MAX)
+        segment = Segment(self._port, to_listener=True, seq=0, ack=None, syn=True, window_bytes=WINDOW_FIELD_MAX)
         self._put("syn", segment, "syn", self._control_priority, None)
 
     def _established(self) -> None:
@@ -158,7 +154,7 @@ class TcpSender:
     def _segment(self, seq: int, push: bool = False, data: bytes = b"") -> Segment:
         # The listener's SYN has number 0, and it never sends data.
         number = seq % SEQUENCE_NUMBERS
-        return Segment(self._port, True, number, 1, push=push, window_bytes=_WINDOW_FIELD_MAX, data=data)
+        return Segment(self._port, True, number, 1, push=push, window_bytes=WINDOW_FIELD_MAX, data=data)
 
     # Data
 
@@ -181,6 +177,8 @@ class TcpSender:
         self._put(part.topic, segment, part.text, part.priority, (part.number, part.part))
 
     def _acknowledged(self, number: int) -> None:
+        if number == self._oldest and self._flying:
+            self._duplicate()
         if not self._oldest < number <= self._next:
             return
         self._oldest, self._progress_s = number, self._env.now
@@ -190,12 +188,27 @@ class TcpSender:
             part = self._flying.popleft()
             if part.push:
                 done.append(part.number)
+        self._recovery, hole = self._recovery.advanced(number)
         self._alarm = None
-        if self._flying:
+        if hole:
+            self._repeat()
+        elif self._flying:
             self._set_alarm()
         self._fill()
         for one in done:
             self._notify(one, True)
+
+    def _duplicate(self) -> None:
+        """An acknowledgement like the last: one segment has arrived, and it was not the oldest."""
+        self._recovery, lost = self._recovery.duplicate(self._oldest, self._next)
+        if lost:
+            self._repeat()
+
+    def _repeat(self) -> None:
+        """Offer the oldest segment again; the timer begins anew, as RFC 6675, section 6, allows."""
+        self._timed = None
+        self._send(self._flying[0])
+        self._set_alarm()
 
     def _measure(self, number: int) -> None:
         """Everything before ``number`` has arrived."""
@@ -219,91 +232,23 @@ class TcpSender:
         if self._alarm_is_last:
             self._give_up()
             return
-        self._timed = None
         self._trips = self._trips.backed_off()
         if self._calling:
+            self._timed = None
             self._syn()
+            self._set_alarm()
         else:
-            self._send(self._flying[0])
-        self._set_alarm()
+            self._recovery = self._recovery.timed_out(self._next)
+            self._repeat()
 
     def _give_up(self) -> None:
         lost = dict.fromkeys(part.number for part in (*self._flying, *self._waiting))
+        reason = NO_CONNECTION if self._calling else GAVE_UP
         self._flying.clear()
         self._waiting.clear()
         self._calling = self._open = False
         self._alarm = self._timed = None
         for number in lost:
-            self._book.abandon(number)
+            self._book.abandon(number, reason)
         for number in lost:
             self._notify(number, False)
-
-
-class TcpListener:
-    """The side that is called: answers each segment, and hands the stream on in order, message by message.
-
-    It keeps no timer of its own for its SYN+ACK (a real one does): a repeated SYN makes it answer again.
-    """
-
-    def __init__(
-        self,
-        delivery: Tcp,
-        ways: tuple[DirectionSettings, DirectionSettings],
-        put: Put,
-        opened: Callable[[int], None],
-        control_priority: int,
-    ) -> None:
-        """``delivery`` and ``ways`` (out, back) are the sender's; ``opened`` is told the port of a new connection."""
-        self._put = put
-        self._opened = opened
-        self._control_priority = control_priority
-        self._window_bytes = min(_WINDOW_FIELD_MAX, delivery.window * delivery.segment_bytes(*ways))
-        self._port = FIRST_PORT if delivery.open_at_start else None
-        self._established = delivery.open_at_start
-        self._expected = 1
-        self._held: dict[int, Segment] = {}
-        self._pieces: list[bytes] = []
-
-    def arrived(self, segment: Segment) -> tuple[bytes, ...]:
-        """Messages that a segment of the sender completes, in order. It is answered before."""
-        if segment.syn:
-            self._called(segment)
-            return ()
-        if segment.port != self._port:
-            return ()
-        self._established = True
-        if not segment.data:
-            return ()
-        half = SEQUENCE_NUMBERS // 2
-        number = self._expected + (segment.seq - self._expected + half) % SEQUENCE_NUMBERS - half
-        if number >= self._expected:
-            self._held[number] = segment
-        messages = self._in_order()
-        self._answer("ack")
-        return messages
-
-    def _called(self, segment: Segment) -> None:
-        newer = self._port is None or 0 < (segment.port - self._port) % PORTS < PORTS // 2
-        if newer:
-            self._port, self._established, self._expected = segment.port, False, 1
-            self._held.clear()
-            self._pieces.clear()
-            self._opened(segment.port)
-        if segment.port == self._port:
-            self._answer("ack" if self._established else "syn_ack")
-
-    def _in_order(self) -> tuple[bytes, ...]:
-        ready: list[bytes] = []
-        while (segment := self._held.pop(self._expected, None)) is not None:
-            self._expected += len(segment.data)
-            self._pieces.append(segment.data)
-            if segment.push:
-                ready.append(b"".join(self._pieces))
-                self._pieces.clear()
-        return tuple(ready)
-
-    def _answer(self, topic: str) -> None:
-        assert self._port is not None
-        syn, ack = topic == "syn_ack", self._expected % SEQUENCE_NUMBERS
-        segment = Segment(self._port, False, 0 if syn else 1, ack, syn=syn, window_bytes=self._window_bytes)
-        self._put(topic, segment, f"{topic} {ack}", self._control_priority, None)

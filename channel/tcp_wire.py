@@ -22,6 +22,7 @@ FIRST_PORT, PORTS = 49152, 16384
 """Ports of those who open: the dynamic ones (RFC 6335, section 6). Each connection takes the next."""
 
 SEQUENCE_NUMBERS = 1 << 32
+WINDOW_FIELD_MAX = 65535
 
 _HEAD = struct.Struct(">BBHHHBBHII HHIIBBHHH")
 _VERSION_AND_LENGTH, _DONT_FRAGMENT, _HOPS, _TCP, _WORDS = 0x45, 0x4000, 64, 6, 5 << 4

@@ -10,6 +10,8 @@ import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 import simpy
@@ -105,20 +107,30 @@ def trace(
 
     env = simpy.Environment()
     link = Direction(env, way, settings, lambda _: None, note, rng)
-    _schedule(env, link, sorted(offers, key=lambda offer: offer.time_s), until_s)
+    schedule_offers(env, link.send, sorted(offers, key=lambda offer: offer.time_s), until_s)
     env.run(None if math.isinf(until_s) else until_s)
     link.close()
     return tuple(_row(record) for record in sorted(ended, key=lambda record: record.packet))
 
 
-def _schedule(env: simpy.Environment, link: Direction, offers: Sequence[Offer], until_s: float) -> None:
+class Send(Protocol):
+    """Takes a message: a direction's ``send`` or an endpoint's."""
+
+    def __call__(self, topic: str, payload: bytes, *, priority: int) -> object:
+        """Take it now."""
+
+
+def schedule_offers(env: simpy.Environment, send: Send, offers: Sequence[Offer], until_s: float) -> None:
+    """Send the messages, given in order of time, each at its time; those from ``until_s`` on are left out."""
     payloads = {size: bytes(size) for size in {offer.bytes for offer in offers}}
+
+    def sends(offer: Offer, _: simpy.Event) -> None:
+        send(offer.topic, payloads[offer.bytes], priority=offer.priority)
+
     for offer in offers:
         if offer.time_s < until_s:
             # One timeout each from zero: a chain of differences would round the times.
-            env.timeout(offer.time_s, offer).callbacks.append(
-                lambda event: link.send(event.value.topic, payloads[event.value.bytes], priority=event.value.priority)
-            )
+            env.timeout(offer.time_s).callbacks.append(partial(sends, offer))
 
 
 def _row(record: PacketEnded) -> TraceRow:

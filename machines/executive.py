@@ -1,76 +1,43 @@
 """Runs a machine on the clock: starts programs, guards outcomes, keeps counts, asks and obeys the operator.
 
-It knows no robot and no link, takes no time of its own and polls nothing. What meets at one instant is settled by order
-of arrival, but a fall wins over everything, and a forced event wins over an outcome of the program that the executive
-has not yet taken up. Once an answer is accepted, later commands for the same visit are ignored.
+It knows no robot and no link, takes no time of its own and polls nothing. What wins when two things meet is a table in
+docs/machine.md: a fall over everything, then preempting; what leaves more over what leaves less; a pause and a lock
+over every outcome that is not decided yet; a person over the level and over a program of the same instant; else the
+first to arrive.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
-from typing import Any, Literal, cast
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-import simpy
+from teleop_sim.core.records import Released
+from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.engine import check_level
+from teleop_sim.machines.running import Result, Running
+from teleop_sim.machines.sync import Asked, Snapshot
+from teleop_sim.machines.visits import Answer, Pending, Signal, Start, Visit
 
-from teleop_sim.core.errors import BadInput, Problem
-from teleop_sim.core.records import Emit, ModeChanged, Released, Requested, TransitionTaken
-from teleop_sim.machines.counts import Variables
-from teleop_sim.machines.declare import FELL, Autonomy, Edge, Machine
-from teleop_sim.machines.voice import Voice
+if TYPE_CHECKING:
+    from teleop_sim.machines.modify import Patch
 
-How = Literal["autonomous", "confirmed", "forced"]
-Wait = Generator[simpy.Event, Any, None]
+__all__ = ["Executive", "Pending", "Result", "Signal", "Start"]
 
-
-@dataclass(frozen=True)
-class Result:
-    """How the machine ended: ``completed`` or ``failed``, why, and how many requests were answered."""
-
-    outcome: Literal["completed", "failed"]
-    cause: str
-    round_trips: int
+_WANTED = {"confirm": "a yes or no", "manual": "an event", "decide": "an event", "data": "data", "act": "an action"}
 
 
-@dataclass(frozen=True)
-class Pending:
-    """A request that is open. ``event`` is empty for kind ``manual``."""
-
-    request: int
-    kind: Literal["confirm", "manual"]
-    event: str
-    since_s: float
-
-
-@dataclass(frozen=True)
-class _Answer:
-    """What ends a wait: an operator's answer, a level that is high enough, or a fall."""
-
-    kind: Literal["confirmed", "rejected", "forced", "autonomous", "fell"]
-    event: str = ""
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class _Taken:
-    """An outcome that is to be taken. ``signal`` is empty if a person forced it."""
-
-    edge: Edge
-    how: How
-    signal: str
-    note: str
-    waited_s: float
-
-
-class Executive:
+class Executive(Running):
     """One run of one machine. ``run()`` is its process; the other public methods are commands that have arrived.
+
+    Every command that arrives leaves one ``Released`` record; one that changes nothing has the effect ``ignored``, and
+    the operator is told why.
 
     Args:
         env: the clock.
         machine: what to run.
         level: autonomy level, 0 to 3.
-        start_program: starts the program of a state as a process whose value is ``(signal, note)``. When it is
-            interrupted it must bring the robot to rest and end; of its value then only ``!fell`` is heeded.
+        start_program: starts the program of a state as a process whose value is a ``Signal``. When it is interrupted it
+            must bring the robot to rest and end; of its value then only ``!fell`` is heeded.
         voice: to the operator.
         emit: to the log.
 
@@ -79,207 +46,248 @@ class Executive:
 
     """
 
-    def __init__(
-        self,
-        env: simpy.Environment,
-        machine: Machine,
-        level: int,
-        start_program: Callable[[str], simpy.Process],
-        voice: Voice,
-        emit: Emit,
-    ) -> None:
-        _check_level(level)
-        self._env, self._start_program, self._voice, self._emit = env, start_program, voice, emit
-        self.machine, self.level, self.state = machine, level, machine.start
-        self.variables = Variables(machine)
-        self.mode = "normal"
-        self.round_trips = 0
-        self.pending: Pending | None = None
-        self.running = False
-        self._requests = 0
-        self._entered_s, self._waited_s = 0.0, 0.0
-        self._answer: _Answer | None = None
-        self._fallen: str | None = None
-        self._gave_up = ""
-        self._called = env.event()
-
-    # Commands that have arrived
+    # Answers to requests
 
     def confirm(self, request: int) -> None:
-        """Let the suggested event pass, if the request is the one that is open."""
-        if self._open(request, "confirm"):
-            self._accept(_Answer("confirmed"), request, "confirm", "answered")
+        """Let the suggested outcome pass, if the request is open and suggests one."""
+        visit = self._open(request)
+        if visit is None or visit.pending is None:
+            self._ignore(f"confirm {request}", "no such request is open")
+        elif not visit.pending.event:
+            self._ignore(f"confirm {request}", f"nothing is suggested: it asks for {_WANTED[visit.pending.kind]}")
+        else:
+            self._accept(visit, Answer("confirmed"), f"confirm {request}", visit.pending.event)
 
     def reject(self, request: int) -> None:
-        """Refuse the suggested event: the state's program is run again."""
-        if self._open(request, "reject"):
-            self._accept(_Answer("rejected"), request, "reject", "answered")
-
-    def force(self, event: str) -> None:
-        """Take an event that is declared for the present state, whatever its program does or suggests."""
-        pending = self.pending
-        if not self.running or not self.machine.has_edge(self.state, event):
-            self._ignore(event, f"not declared for {self.state}" if self.running else "the machine is not running")
-        elif pending is not None:
-            self._accept(_Answer("forced", event), pending.request, event, "answered")
+        """Refuse the suggested outcome: the state begins anew. Of an action in lieu of a state: hand back."""
+        visit = self._open(request)
+        if visit is None or visit.pending is None:
+            self._ignore(f"reject {request}", "no such request is open")
+        elif not visit.pending.event and visit.pending.kind != "act":
+            self._ignore(f"reject {request}", f"nothing is suggested: it asks for {_WANTED[visit.pending.kind]}")
         else:
-            self._accept(_Answer("forced", event), 0, event, "forced")
+            self._accept(visit, Answer("rejected"), f"reject {request}")
+
+    def answer(self, request: int, data: object) -> None:
+        """Give the data that a program has asked for."""
+        visit = self._open(request)
+        if visit is None or visit.pending is None:
+            self._ignore(f"answer {request}", "no such request is open")
+        elif (why := self._holds.refusal(visit.path)) is not None:
+            self._ignore(f"answer {request}", why)
+        elif not self._requests.give(visit, data):
+            self._ignore(f"answer {request}", f"not data is asked for, but {_WANTED[visit.pending.kind]}")
+        else:
+            self.round_trips += 1
+            self._release(request, f"answer {request}", "answered", visit.path)
+
+    # Acts
+
+    def force(self, event: str, path: str = "") -> None:
+        """Take a declared outcome of an active state or container, whatever its programs do or suggest.
+
+        Args:
+            event: the outcome.
+            path: whose; empty: the first active state that has it, or else the innermost container.
+
+        """
+        name = f"{path} {event}".strip()
+        found = next((p for p in self._on_path() if path in ("", p) and self.machine.has_edge(p, event)), None)
+        if not self._works(name):
+            return
+        if found is None:
+            self._ignore(name, f"not declared for {self.state}")
+        elif found in self._visits:
+            self._accept(self._visits[found], Answer("forced", event), name, event)
+        elif self._holds.leaving(found):
+            self._ignore(name, "already decided")
+        elif (why := self._holds.refusal(found, event)) is not None:
+            self._ignore(name, why)
+        else:
+            self._release(0, name, "forced", found)
+            self._begin(self._engine.net.by_path[found], None, forced=event)
+            self._modes.show()
+
+    def take_over(self, path: str) -> None:
+        """The operator acts in lieu of an active state, until he forces an outcome or hands back by ``reject``."""
+        command, visit = f"take over {path}", self._visits.get(path)
+        if not self._works(command):
+            return
+        if visit is None or visit.state is None:
+            self._ignore(command, f"not at work: the machine is in {self.state}")
+        elif visit.pending is not None and visit.pending.kind in ("act", "manual"):
+            self._ignore(command, "already in the operator's hands")
+        else:
+            self._accept(visit, Answer("taken_over"), command)
 
     def set_level(self, level: int) -> None:
-        """Set the autonomy level. A suggested event that the new level lets pass, passes.
+        """Set the autonomy level. Suggested outcomes that the new level lets pass, pass.
 
         Raises:
             BadInput: the level is not 0 to 3.
 
         """
-        _check_level(level)
-        self.level = level
+        check_level(level)
+        self._engine.level = level
         self._release(0, f"level {level}", "level", "")
         self._voice.level(level)
-        pending = self.pending
-        suggested = pending is not None and pending.kind == "confirm" and self._answer is None
-        if pending and suggested and self.machine.edge(self.state, pending.event).passes(level):
-            self._wake(_Answer("autonomous"))
+        self._holds.release()
+
+    # Holding
+
+    def lock(self, path: str) -> None:
+        """No outcome of this state or container, and none that leaves it, is taken until it is unlocked."""
+        command = f"lock {path}"
+        if not self._works(command) or not self._known(path, command):
+            return
+        if path in self._holds.locks:
+            self._ignore(command, "is locked already")
+        elif (leaving := self._holds.too_late(path)) is not None:
+            self._ignore(command, f"too late: {leaving} is decided")
+        else:
+            self._holds.locks |= {path}
+            self._release(0, command, "locked", "")
+            self._voice.locked(self._engine.net.by_path[path], True)
+
+    def unlock(self, path: str) -> None:
+        """End a lock; what was held up is guarded anew."""
+        command = f"unlock {path}"
+        if not self._works(command) or not self._known(path, command):
+            return
+        if path not in self._holds.locks:
+            self._ignore(command, "is not locked")
+            return
+        self._holds.locks -= {path}
+        self._release(0, command, "unlocked", "")
+        self._voice.locked(self._engine.net.by_path[path], False)
+        self._holds.release()
+
+    def pause(self) -> None:
+        """Bring the robot to rest; nothing works and nothing passes until ``resume``."""
+        if not self._works("pause"):
+            return
+        if self._holds.paused:
+            self._ignore("pause", "is paused already")
+            return
+        self._holds.paused = True
+        self._release(0, "pause", "paused", "")
+        self._voice.paused(True)
+        self._holds.suspend()
+
+    def resume(self) -> None:
+        """Go on: interrupted states begin anew, held outcomes are guarded anew."""
+        if not self._works("resume"):
+            return
+        if not self._holds.paused:
+            self._ignore("resume", "is not paused")
+            return
+        self._holds.paused = False
+        self._release(0, "resume", "resumed", "")
+        self._voice.paused(False)
+        self._holds.release()
+
+    # Ends
+
+    def preempt(self) -> None:
+        """Bring the robot to rest and end the machine."""
+        if self._works("preempt"):
+            self._ending.preempted = f"preempted by the operator in {self.state}"
+            self._release(0, "preempt", "preempted", self.state)
+            self._end()
 
     def fell(self, cause: str) -> None:
         """The robot is down, whoever noticed: the machine cannot recover."""
-        self._fallen = cause
-        self._wake(_Answer("fell", note=cause))
+        self._fall(cause)
 
-    # The process
+    # Keeping the control station in step
 
-    def run(self) -> Generator[simpy.Event, Any, Result]:
-        """Process: visit states until an end is reached or the robot is down."""
-        self.running = True
-        taken: _Taken | None = None
-        while self.state not in self.machine.ends and self._fallen is None:
-            taken = yield from self._visit()
-            if taken is not None:
-                self._take(taken)
-        self.running = False
-        return self._result(taken)
+    def snapshot(self) -> Snapshot:
+        """All that the control station should know of the machine."""
+        number = self._engine.net.by_path
+        asked = (
+            Asked(p.request, p.kind, number[p.path], self.machine.edge_index(p.path, p.event) if p.event else -1)
+            for p in self.pendings
+        )
+        return Snapshot(
+            self.machine.checksum,
+            self._engine.configuration,
+            self.level,
+            self.mode,
+            self._holds.paused,
+            tuple(sorted(number[path] for path in self._holds.locks)),
+            tuple(asked),
+        )
 
-    def _visit(self) -> Generator[simpy.Event, Any, _Taken | None]:
-        """One visit to the present state: attempts until an outcome passes. None when the robot is down."""
-        self._entered_s = float(self._env.now)
-        self._set_mode(self.variables.mode(self.state))
-        self._answer = None
-        while self._fallen is None:
-            taken = yield from self._attempt()
-            # A fall in the same instant leaves nothing to take.
-            if taken is not None and self._fallen is None:
-                return taken
-        return None
+    def attach(self, behaviour: int) -> None:
+        """A control station joins, or joins again, with the machine of this checksum: tell it everything."""
+        known = behaviour == self.machine.checksum
+        self._release(0, "attach", "attached", "" if known else "with another version of the machine")
+        if not known:
+            self._voice.line(f"machine {self.machine.name} has checksum {self.machine.checksum:08x} here")
+        self._voice.snapshot()
 
-    def _attempt(self) -> Generator[simpy.Event, Any, _Taken | None]:
-        if not self.machine.state(self.state).program:
-            answer = yield from self._ask("manual", "", "waits for the operator")
-            return self._answered(answer, None, "", "")
-        process = self._start_program(self.state)
-        yield from self._until(process)
-        if self._answer is not None:
-            yield from self._bring_to_rest(process)
-            return self._answered(self._answer, None, "", "")
-        signal, note = _value(process)
-        if signal == FELL:
-            self._fallen = note or "the robot fell"
-            return None
-        edge = self.variables.trigger(self.state, signal)
-        if edge.passes(self.level):
-            return _Taken(edge, "autonomous", signal, note, 0.0)
-        answer = yield from self._ask("confirm", edge.event, note)
-        return self._answered(answer, edge, signal, note)
+    def modify(self, patch: Patch) -> None:
+        """Change the machine while it runs, if the patch was made for it and nothing vanishes that is at work."""
+        # Late: few runs change their machine.
+        from teleop_sim.machines.renewal import renewed
 
-    def _until(self, process: simpy.Process) -> Wait:
-        """Wait for the program, or for a command that ends it."""
-        if self._answer is None:
-            self._called = self._env.event()
-            yield process | self._called
+        if not self._works("modify"):
+            return
+        changed = renewed(self.machine, patch, self._engine.configuration, tuple(self._visits.values()))
+        if isinstance(changed, str):
+            self._ignore("modify", changed)
+            return
+        self._renew(changed)
+        self._release(0, "modify", "modified", f"{changed.checksum:08x}")
+        self._voice.snapshot()
+        self._holds.release()
 
-    def _bring_to_rest(self, process: simpy.Process) -> Wait:
-        assert self._answer is not None
-        if process.is_alive:
-            process.interrupt(f"forced {self._answer.event}" if self._answer.kind == "forced" else self._answer.note)
-            yield process
-        signal, note = _value(process)
-        if signal == FELL and self._fallen is None:
-            self._fallen = note or "the robot fell"
-
-    def _ask(self, kind: Literal["confirm", "manual"], event: str, text: str) -> Generator[simpy.Event, Any, _Answer]:
-        self._requests += 1
-        self.pending = Pending(self._requests, kind, event, float(self._env.now))
-        self._emit(Requested(float(self._env.now), self._requests, kind, self.state, event, text))
-        self._voice.request(self._requests, kind, self.state, event)
-        if self._answer is None:
-            self._called = self._env.event()
-            yield self._called
-        self._waited_s = float(self._env.now) - self.pending.since_s
-        self.pending = None
-        assert self._answer is not None
-        return self._answer
-
-    def _answered(self, answer: _Answer, edge: Edge | None, signal: str, note: str) -> _Taken | None:
-        """What an answer makes of the suggested outcome; None: try again, or the robot is down."""
-        self._answer = None
-        waited_s = self._waited_s if answer.kind != "fell" else 0.0
-        self._waited_s = 0.0
-        if answer.kind == "forced":
-            self._set_mode("manual")
-            return _Taken(self.machine.edge(self.state, answer.event), "forced", "", note, waited_s)
-        if edge is None or answer.kind in ("rejected", "fell"):
-            return None
-        return _Taken(edge, "confirmed" if answer.kind == "confirmed" else "autonomous", signal, note, waited_s)
-
-    def _take(self, taken: _Taken) -> None:
-        edge, now_s = taken.edge, float(self._env.now)
-        before = self.variables.failures.get(edge.state, 0)
-        self.variables.update(edge, taken.signal)
-        retries = max(before, self.variables.failures.get(edge.state, 0))
-        self._emit(
-            TransitionTaken(
-                now_s, edge.state, edge.event, edge.next_state, self._entered_s, taken.how, self.mode, retries,
-                edge.threshold, self.level, taken.waited_s, taken.note,
-            )
-        )  # fmt: skip
-        self._voice.transition(self.machine.edge_index(edge.state, edge.event), edge.state, edge.event, edge.next_state)
-        if edge.kind == "failed" and self.machine.state(edge.next_state).manual:
-            self._gave_up = f" after {edge.state} {edge.event}" + f": {taken.note}" * bool(taken.note)
-        self.state = edge.next_state
-
-    def _result(self, last: _Taken | None) -> Result:
-        if self._fallen is not None:
-            self._set_mode("not_recoverable")
-            return Result("failed", self._fallen, self.round_trips)
-        if last is None or last.edge.kind != "command":
-            return Result("completed", "", self.round_trips)
-        return Result("failed", f"ended by the operator in {last.edge.state}{self._gave_up}", self.round_trips)
+    def _renew(self, changed: Machine) -> None:
+        self._engine.renew(changed)
+        self._keys.renew(changed)
+        self._holds.locks = frozenset(path for path in self._holds.locks if path in changed.net.by_path)
+        for visit in self._visits.values():
+            visit.node = changed.net.by_path[visit.path]
+            visit.state = None if visit.state is None else changed.leaf(visit.path)
 
     # Helpers
 
-    def _open(self, request: int, command: str) -> bool:
-        """Is this the open request of a suggested event? If not, say so in the log."""
-        pending = self.pending
-        if pending is None or pending.request != request or self._answer is not None:
-            self._ignore(f"{command} {request}", "no such request is open")
-            return False
-        if pending.kind != "confirm":
-            self._ignore(f"{command} {request}", "nothing is suggested: an event is asked for")
-            return False
-        return True
+    def _open(self, request: int) -> Visit | None:
+        """The visit whose request this is, if it is not decided."""
+        open_now = (v for v in self._visits.values() if v.pending is not None and not v.decided)
+        return next((v for v in open_now if v.pending is not None and v.pending.request == request), None)
 
-    def _accept(self, answer: _Answer, request: int, command: str, effect: str) -> None:
-        if self._answer is not None or self._fallen is not None:
-            self._ignore(command, "already decided")
+    def _on_path(self) -> Iterator[str]:
+        """Active states, then the containers around them, inner first."""
+        net, active = self._engine.net, self._engine.configuration.active
+        yield from (net.nodes[n].path for n in active)
+        yield from (net.nodes[c].path for n in active for c in net.containers(n))
+
+    def _accept(self, visit: Visit, answer: Answer, command: str, event: str = "") -> None:
+        """Hand an answer to a visit, unless something is against it; with the event that is to be taken, if any."""
+        why = "already decided" if visit.decided else self._holds.refusal(visit.path, event)
+        if why is not None:
+            self._ignore(command, why)
             return
-        self.round_trips += effect == "answered"
-        self._release(request, command, effect, self.state)
-        self._wake(answer)
+        takes = answer.kind == "taken_over"
+        answered = visit.pending is not None and not takes
+        self.round_trips += answered
+        request = visit.pending.request if visit.pending is not None and answered else 0
+        self._release(request, command, "answered" if answered else "taken over" if takes else "forced", visit.path)
+        visit.wake(answer)
 
-    def _wake(self, answer: _Answer) -> None:
-        if self._answer is None:
-            self._answer = answer
-        if not self._called.triggered:
-            self._called.succeed()
+    def _works(self, command: str) -> bool:
+        """Does the machine run? If not, the command is ignored."""
+        works = self.running and not self._ended.triggered
+        if not works:
+            self._ignore(command, "the machine has ended" if self._ended.triggered else "the machine does not run yet")
+        return works
+
+    def _known(self, path: str, command: str) -> bool:
+        known = bool(path) and path in self._engine.net.by_path
+        if not known:
+            self._ignore(command, f"the machine has no state {path}")
+        return known
 
     def _ignore(self, command: str, note: str) -> None:
         self._release(0, command, "ignored", note)
@@ -287,19 +295,3 @@ class Executive:
 
     def _release(self, request: int, command: str, effect: str, note: str) -> None:
         self._emit(Released(float(self._env.now), request, command, effect, note))
-
-    def _set_mode(self, mode: str) -> None:
-        if mode != self.mode:
-            self.mode = mode
-            self._emit(ModeChanged(float(self._env.now), self.state, mode))
-            self._voice.mode(mode)
-
-
-def _value(process: simpy.Process) -> tuple[str, str]:
-    signal, note = cast(tuple[str, str], process.value)
-    return signal, note
-
-
-def _check_level(level: int) -> None:
-    if level not in tuple(Autonomy):
-        raise BadInput((Problem("autonomy level", f"{level!r}", "Give 0 to 3 (off, low, high, full)."),))

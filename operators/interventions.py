@@ -55,7 +55,7 @@ def failed_state(machine: Machine, visited: tuple[str, ...]) -> str:
         visited: states seen in the mirror, oldest first, the present one last.
 
     """
-    return next((name for name in reversed(visited) if not machine.state(name).manual), "")
+    return next((name for name in reversed(visited) if not machine.leaf(name).manual), "")
 
 
 def commands(
@@ -89,7 +89,7 @@ def shortest_way_back(machine: Machine, waiting: str, goal: str) -> str:
 
     Empty if no event leads there without passing ``waiting`` again.
     """
-    front = [(edge.event, edge.next_state) for edge in machine.outcomes(waiting)]
+    front = [(edge.event, edge.next_state) for edge in machine.outcomes_of(waiting)]
     seen = {waiting}
     while front:
         grown: list[tuple[str, str]] = []
@@ -98,6 +98,6 @@ def shortest_way_back(machine: Machine, waiting: str, goal: str) -> str:
                 return first
             if state not in seen:
                 seen.add(state)
-                grown += [(first, edge.next_state) for edge in machine.outcomes(state)]
+                grown += [(first, edge.next_state) for edge in machine.outcomes_of(state)]
         front = grown
     return ""

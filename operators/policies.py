@@ -26,15 +26,18 @@ class Policy(Protocol):
 class Supervise:
     """Fixed level. Confirms whatever is suggested after looking at it; helps by hand by the table of interventions.
 
-    Not modelled: seeing that a suggestion is wrong (a later policy), changing the level, teleoperation.
+    Not modelled: seeing that a suggestion is wrong (a later policy), changing the level, teleoperation, deciding where
+    nothing is suggested, giving data.
     """
 
     table: Interventions = field(default_factory=load_interventions)
 
     def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
         """``Confirm``, or the commands of the table as ``Chat``."""
-        if request.kind == "confirm":
+        if request.edge >= 0:
             return (Confirm(request.request),)
+        if request.kind != "manual":
+            return ()
         waiting = belief.waiting_state(request)
         texts = commands(self.table, belief.machine, belief.visited, belief.helped, waiting)
         return tuple(Chat(text) for text in texts)

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import cast
 
 import numpy as np
 import simpy
@@ -22,14 +23,14 @@ from teleop_sim.channel.messages import (
     Message,
     Reject,
     Request,
-    decode_payload,
+    RequestKind,
     encode_message,
 )
 from teleop_sim.core.records import Emit, OperatorActed
-from teleop_sim.machines.declare import Edge
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.policies import Policy, Supervise
+from teleop_sim.operators.station import Station
 from teleop_sim.operators.timing import OperatorTiming, words_in
 
 Send = Callable[[str, bytes, str], None]
@@ -38,10 +39,18 @@ Process = Generator[simpy.Event, object, None]
 
 @dataclass(frozen=True)
 class Briefing:
-    """What the operator is told about the link when the run starts: nominal round trip and uplink rate."""
+    """What the control station is told about the link when the run starts.
+
+    Attributes:
+        round_trip_s: nominal.
+        uplink_bps: nominal.
+        heartbeat_s: silence after which the field site tells its hash; zero: it does not.
+
+    """
 
     round_trip_s: float
     uplink_bps: float
+    heartbeat_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -84,9 +93,11 @@ class Supervisor:
         self._key = tuple(int(k) for k in rng.integers(2**32, size=4))
         self._reading_rng = self._draws(Purpose.READ)
         self.belief = Belief(mirror)
+        self._station = Station(env, mirror, send, briefing.heartbeat_s + briefing.round_trip_s)
         self._requests: list[Request] = []
-        self._known: set[int] = set()
         self._asked: dict[int, Request] = {}
+        self._given: dict[int, tuple[Message, ...]] = {}
+        self._serving = 0
         self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
         self._unanswered: dict[int, Unanswered] = {}
         self._news = env.event()
@@ -94,19 +105,20 @@ class Supervisor:
 
     def receive(self, payload: bytes) -> None:
         """Take what the downlink delivered. The mirror's display changes at once; the rest waits for attention."""
-        message = decode_payload(payload)
-        self._close(self.belief.take(message))
-        match message:
-            case Request():
-                self._take_request(message)
-            case LogLine() | Image():
-                self._unread.append(message)
-            case _:
-                pass
+        message = self._station.receive(payload)
+        self.belief.take(message)
+        self._close()
+        for asked in self.belief.mirror.asked:
+            if asked.request not in self._asked:
+                self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
+        self._weigh()
+        if isinstance(message, LogLine | Image):
+            self._unread.append(message)
         _trigger(self._news)
 
     def run(self) -> Process:
         """Process: never ends."""
+        self._station.begin()
         while True:
             if self._requests:
                 yield from self._answer(self._next_request())
@@ -117,24 +129,29 @@ class Supervisor:
             else:
                 yield from self._wait()
 
-    def _take_request(self, request: Request) -> None:
-        if request.request in self._known:
-            return
-        self._known.add(request.request)
+    def _open(self, request: Request) -> None:
+        """A request that the mirror shows, whether it came by itself or with the whole state."""
         self._asked[request.request] = request
-        self._requests.append(request)
-        # A newer request tells that the older ones already answered are over, even if no transition was seen.
-        self._unanswered = {n: u for n, u in self._unanswered.items() if n > request.request}
+        if request.request not in self._given and request.request != self._serving:
+            self._requests.append(request)
         _trigger(self._called)
 
-    def _close(self, edge: Edge | None) -> None:
-        """Forget the requests of a state that the mirror shows as left."""
-        if edge is None:
-            return
-        open_now = self._asked.items()
-        self._asked = {n: r for n, r in open_now if self.belief.waiting_state(r) != edge.state}
+    def _close(self) -> None:
+        """Forget the requests that the mirror shows no more."""
+        shown = {asked.request for asked in self.belief.mirror.asked}
+        self._asked = {n: r for n, r in self._asked.items() if n in shown}
         self._requests = [r for r in self._requests if r.request in self._asked]
-        self._unanswered = {n: u for n, u in self._unanswered.items() if n in self._asked}
+
+    def _weigh(self) -> None:
+        """Wait for the effect of the answers to those open requests at whose states the machine still is.
+
+        If it is elsewhere they are over, even if no transition was seen; the whole state may tell that they are not.
+        """
+        standing = {n: r for n, r in self._asked.items() if self.belief.is_at(r)}
+        self._unanswered = {n: u for n, u in self._unanswered.items() if n in standing}
+        for number, request in standing.items():
+            if self._given.get(number) and number not in self._unanswered and number != self._serving:
+                self._expect(request, self._given[number])
 
     def _next_request(self) -> Request:
         first = min(self._requests, key=lambda r: (r.kind != "manual", r.request))
@@ -154,6 +171,7 @@ class Supervisor:
             yield self._news | self._env.timeout(due_s - self._env.now)
 
     def _answer(self, request: Request) -> Process:
+        self._serving = request.request
         rng = self._draws(Purpose.ANSWER, request.request)
         question = self.belief.question(request)
         words = words_in(question)
@@ -161,16 +179,17 @@ class Supervisor:
         start_s = self._env.now
         yield self._env.timeout(self._timing.sample_s(mean_s, rng))
         self._record(start_s, "decide", request.request, question)
-        messages = self._policy.answer(self.belief, request) if request.request in self._asked else ()
+        messages: tuple[Message, ...] = ()
+        if request.request in self._asked:
+            messages = self._given[request.request] = self._policy.answer(self.belief, request)
         if request.kind == "manual" and messages:
             self.belief.note_help()
         for message in messages:
             start_s = self._env.now
             yield self._env.timeout(self._timing.sample_s(self._sending_s(message), rng))
             self._submit(start_s, request, message, "")
-        # When a newer request has come meanwhile, this one is over.
-        if messages and request.request in self._asked and request.request == max(self._known):
-            self._expect(request, messages)
+        self._serving = 0
+        self._weigh()
 
     def _repeat(self, late: Unanswered) -> Process:
         rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)

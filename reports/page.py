@@ -5,19 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from teleop_sim.log.load import load
+from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
 from teleop_sim.reports.table import csv_text, markdown_text, state_table
 from teleop_sim.reports.timeline import draw_timeline
 
 
 def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> list[Path]:
-    """Write the timeline (PNG and SVG) and the per-state table (CSV and Markdown) of a log.
+    """Write the timeline (PNG and SVG), the per-state table and the ledgers (CSV and Markdown) of a log.
 
     Args:
         log_path: of the log; may be cut off or interrupted.
         out_dir: folder for the files, made if it is missing; None: the log's own.
 
     Returns:
-        the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv`` and ``.states.md``.
+        the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
+        ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged.
 
     Raises:
         LogDamaged: there is no log at that path.
@@ -29,11 +31,18 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
     folder = log.path.parent if out_dir is None else Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     name = log.path.name.removesuffix(".part").removesuffix(".mcap")
-    png, svg, csv, markdown = (
-        folder / f"{name}.{end}" for end in ("timeline.png", "timeline.svg", "states.csv", "states.md")
-    )
+    png, svg = (folder / f"{name}.{end}" for end in ("timeline.png", "timeline.svg"))
     draw_timeline(log, png)
     draw_timeline(log, svg)
-    csv.write_text(csv_text(rows), encoding="utf-8")
-    markdown.write_text(markdown_text(rows), encoding="utf-8")
-    return [png, svg, csv, markdown]
+    packets = ledger(log.records())
+    texts = {
+        "states.csv": csv_text(rows),
+        "states.md": markdown_text(rows),
+        "link.csv": ledger_csv(packets),
+        "link.md": ledger_markdown(packets),
+    }
+    if messages := message_ledger(log.records("link/message")):
+        texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
+    for end, text in texts.items():
+        (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
+    return [png, svg, *(folder / f"{name}.{end}" for end in texts)]

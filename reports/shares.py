@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from teleop_sim.channel.messages import MESSAGES
 from teleop_sim.core.records import (
     EpisodeEnded,
     OperatorActed,
@@ -60,7 +61,8 @@ def _on_the_way(records: Sequence[Record]) -> list[Interval]:
     return [
         (r.sent_s, r.t_s if math.isnan(r.arrived_s) else r.arrived_s)
         for r in records
-        if isinstance(r, PacketEnded) and (r.direction == "up" or r.topic == "request")
+        # An acknowledgement on the uplink is no command.
+        if isinstance(r, PacketEnded) and (r.topic == "request" or (r.direction == "up" and r.topic in MESSAGES))
     ]
 
 

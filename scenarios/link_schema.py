@@ -215,6 +215,17 @@ class Link(Part):
     )
     real_time_factor_source: str = ASSUMED
     preset: Annotated[str | None, *named("A link with a name, one of", PRESETS)] = None
+    heartbeat: Literal["state", "hash"] = Field(
+        default="state",
+        description='"state" or "hash": the field site\'s heartbeat tells all that the mirror must hold, or its hash.',
+    )
+    heartbeat_s: float = Field(
+        default=10.0,
+        gt=0.0,
+        le=1e6,
+        description="How often, in simulated seconds, the field site's heart beats, such as 10.0.",
+    )
+    heartbeat_source: str = ASSUMED
     delivery: Annotated[Delivery | None, *registered(DELIVERIES)] = Field(
         default=None,
         description=f"How messages get across: a name, or a table with model and its keys. {_KNOWN}",

@@ -20,6 +20,7 @@ from teleop_sim.channel.feasible import undeliverable
 from teleop_sim.channel.link import DirectionSettings
 from teleop_sim.channel.message import DirectionName
 from teleop_sim.channel.presets import Spell, Way, preset
+from teleop_sim.channel.tcp import least_packet_bytes
 from teleop_sim.core.errors import BadInput, Problem, unknown_name
 from teleop_sim.core.streams import stream
 from teleop_sim.scenarios.link_schema import LinkDirection
@@ -134,13 +135,21 @@ def _way_plan(scenario: Scenario, name: DirectionName, streams: Streams) -> WayP
     except BadInput as error:
         problems += error.problems
     if rates and settings.rates:
-        problems += (Problem(f"{where}.by_state", "stands beside rates in turn", "Give rate_bps, for other states."),)
+        problems += (
+            Problem(f"{where}.by_state", "stands beside rates in turn", "Give rate_bps: it holds in all other states."),
+        )
     if rates:
         settings = replace(settings, rates=((0.0, rates.get(_states(scenario)[0], settings.rate_bps)),))
     if problems:
         raise BadInput(problems)
-    _refuse_undeliverable(scenario, own, settings, where)
-    return WayPlan(settings, own.delivery or link.delivery or BestEffort(), rates, own.priorities or {})
+    delivery, other = _delivery(scenario, own), _delivery(scenario, link.down if name == "up" else link.up)
+    _refuse_undeliverable(scenario, own, settings, where, least_packet_bytes(delivery, other))
+    return WayPlan(settings, delivery, rates, own.priorities or {})
+
+
+def _delivery(scenario: Scenario, own: LinkDirection) -> Delivery:
+    """How messages of a direction get across."""
+    return own.delivery or scenario.link.delivery or BestEffort()
 
 
 def _settings(
@@ -162,10 +171,12 @@ def _settings(
         raise BadInput(tuple(replace(p, where=f"{where}.{p.where}") for p in error.problems)) from None
 
 
-def _refuse_undeliverable(scenario: Scenario, own: LinkDirection, settings: DirectionSettings, where: str) -> None:
+def _refuse_undeliverable(
+    scenario: Scenario, own: LinkDirection, settings: DirectionSettings, where: str, tcp_bytes: int
+) -> None:
     # What is drawn is known up to the end of the run only.
     drawn = own.dark is not None or scenario.link.preset is not None
-    found = undeliverable(settings, scenario.time_limit_s if drawn else math.inf, where)
+    found = undeliverable(settings, scenario.time_limit_s if drawn else math.inf, where, tcp_bytes)
     if own.dark is not None:
         found = tuple(replace(p, where=p.where.replace(".blackouts", ".dark")) for p in found)
     if found:

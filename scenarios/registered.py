@@ -108,7 +108,8 @@ class _Registered:
     def _told(self, name: str, detail: ErrorDetails) -> InitErrorDetails:
         loc, kind = detail["loc"], detail["type"]
         if kind == "missing":
-            return _error(loc, refused("is missing", f"{name!r} needs {', '.join(self._needed(name))}."))
+            needs = f"{name!r} needs {', '.join(self._needed(name))}."
+            return _error(loc, refused("is missing", needs if len(loc) == 1 else "The list is too short."))
         return InitErrorDetails(type=kind, loc=loc, input=detail["input"], ctx=detail.get("ctx", {}))
 
     def _needed(self, name: str) -> list[str]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_errors import errors_shown
 from teleop_sim.cli_io import say
 from teleop_sim.core.errors import BadInput, Problem
@@ -22,10 +24,39 @@ if TYPE_CHECKING:
 channel_app = typer.Typer(no_args_is_help=True, help="Try a link alone: list and show presets, trace messages.")
 
 
-def _complete_preset(incomplete: str) -> list[str]:
-    from teleop_sim.channel.presets import PRESETS
+def _text_option(words: str, metavar: str, complete: Callable[[str], list[str]] | None = None) -> Any:
+    return typer.Option(help=words, metavar=metavar, autocompletion=complete)
 
-    return [name for name in PRESETS if name.startswith(incomplete)]
+
+_Messages = Annotated[
+    str, typer.Argument(help="CSV: time in s, topic, bytes, priority (if any). -: stdin.", metavar="MESSAGES.csv")
+]
+_Text = str | None
+_Preset = Annotated[_Text, _text_option("See channel list.", "NAME", complete_preset)]
+_Direction = Annotated[_Text, _text_option("up, down, or burst where the preset has it. Default: up.", "WAY")]
+_Delivery = Annotated[
+    _Text, _text_option("best_effort, stop_and_wait, selective_repeat, custody or tcp.", "NAME", complete_delivery)
+]
+_Uplink = Annotated[_Text, _text_option("Rate to the robot, such as 380bps.", "RATE")]
+_Downlink = Annotated[_Text, _text_option("Rate back, such as 380kbps.", "RATE")]
+_Latency = Annotated[_Text, _text_option("One-way delay, such as 10s.", "TIME")]
+_Jitter = Annotated[_Text, _text_option("Added delay, uniform up to this.", "TIME")]
+_Loss = Annotated[_Text, _text_option("Probability that a packet is lost.", "SHARE")]
+_Blackouts = Annotated[list[str] | None, _text_option("Such as 10s-40s, or 10s- for ever; may be repeated.", "FROM-TO")]
+_OnDark = Annotated[_Text, _text_option("What is being sent when it gets dark: pause, restart or lose.", "RULE")]
+_Queue = Annotated[_Text, _text_option("Packets that may wait; 0: no limit.", "N")]
+_Discipline = Annotated[_Text, _text_option("fifo, priority or newest.", "NAME")]
+_Drop = Annotated[_Text, _text_option("Who goes from a full queue: tail or head.", "END")]
+_Mtu = Annotated[_Text, _text_option("Largest packet in bytes; 0: no limit.", "N")]
+_Header = Annotated[_Text, _text_option("Header of each packet in bytes.", "N")]
+_Budget = Annotated[_Text, _text_option("Bits that may be sent in all.", "BITS")]
+_RealTimeFactor = Annotated[
+    _Text, _text_option("Simulated seconds in a second on the wall, for presets in wall time.", "X")
+]
+_Until = Annotated[_Text, _text_option("When to stop. Default: when all is over, at most a day later.", "TIME")]
+_Seed = Annotated[_Text, _text_option("Fixes all chance. Default: 0.", "N")]
+_AsCsv = Annotated[bool, typer.Option("--csv", help="Print CSV; so it is without --plot.")]
+_Plot = Annotated[Path | None, _text_option("Draw when each arrives and why it waited: .svg or .png.", "FILE")]
 
 
 @channel_app.command("list")
@@ -62,7 +93,7 @@ def _shown_settings(made: Preset, way: str) -> DirectionSettings:
 
 @channel_app.command("show")
 def show_command(
-    name: Annotated[str, typer.Argument(help="Of a preset.", autocompletion=_complete_preset, metavar="NAME")],
+    name: Annotated[str, typer.Argument(help="Of a preset.", autocompletion=complete_preset, metavar="NAME")],
 ) -> None:
     """Print everything about the preset NAME, with its sources and what is assumed."""
     with errors_shown():
@@ -106,67 +137,36 @@ def _way_lines(made: Preset, way: str) -> list[str]:
 
 @channel_app.command("trace")
 def trace_command(
-    messages: Annotated[
-        str,
-        typer.Argument(help="CSV: time in s, topic, bytes, priority (if any). -: stdin.", metavar="MESSAGES.csv"),
-    ],
-    preset: Annotated[
-        str | None, typer.Option(help="See channel list.", autocompletion=_complete_preset, metavar="NAME")
-    ] = None,
-    direction: Annotated[
-        str | None, typer.Option(help="up, down, or burst where the preset has it. Default: up.", metavar="WAY")
-    ] = None,
-    uplink: Annotated[str | None, typer.Option(help="Rate to the robot, such as 380bps.", metavar="RATE")] = None,
-    downlink: Annotated[str | None, typer.Option(help="Rate back, such as 380kbps.", metavar="RATE")] = None,
-    latency: Annotated[str | None, typer.Option(help="One-way delay, such as 10s.", metavar="TIME")] = None,
-    jitter: Annotated[str | None, typer.Option(help="Added delay, uniform up to this.", metavar="TIME")] = None,
-    loss: Annotated[str | None, typer.Option(help="Probability that a packet is lost.", metavar="SHARE")] = None,
-    blackout: Annotated[
-        list[str] | None, typer.Option(help="Such as 10s-40s, or 10s- for ever; may be repeated.", metavar="FROM-TO")
-    ] = None,
-    on_dark: Annotated[
-        str | None, typer.Option(help="What is being sent when it gets dark: pause, restart or lose.", metavar="RULE")
-    ] = None,
-    queue: Annotated[str | None, typer.Option(help="Packets that may wait; 0: no limit.", metavar="N")] = None,
-    discipline: Annotated[str | None, typer.Option(help="fifo, priority or newest.", metavar="NAME")] = None,
-    drop: Annotated[str | None, typer.Option(help="Who goes from a full queue: tail or head.", metavar="END")] = None,
-    mtu: Annotated[str | None, typer.Option(help="Largest packet in bytes; 0: no limit.", metavar="N")] = None,
-    header: Annotated[str | None, typer.Option(help="Header of each packet in bytes.", metavar="N")] = None,
-    budget: Annotated[str | None, typer.Option(help="Bits that may be sent in all.", metavar="BITS")] = None,
-    real_time_factor: Annotated[
-        str | None,
-        typer.Option(help="Simulated seconds in a second on the wall, for presets in wall time.", metavar="X"),
-    ] = None,
-    until: Annotated[str | None, typer.Option(help="When to stop. Default: when all is over.", metavar="TIME")] = None,
-    seed: Annotated[str | None, typer.Option(help="Fixes all chance. Default: 0.", metavar="N")] = None,
-    as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV; so it is without --plot.")] = False,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw when each arrives and why it waited: .svg or .png.", metavar="FILE")
-    ] = None,
+    messages: _Messages,
+    preset: _Preset = None,
+    direction: _Direction = None,
+    delivery: _Delivery = None,
+    uplink: _Uplink = None,
+    downlink: _Downlink = None,
+    latency: _Latency = None,
+    jitter: _Jitter = None,
+    loss: _Loss = None,
+    blackout: _Blackouts = None,
+    on_dark: _OnDark = None,
+    queue: _Queue = None,
+    discipline: _Discipline = None,
+    drop: _Drop = None,
+    mtu: _Mtu = None,
+    header: _Header = None,
+    budget: _Budget = None,
+    real_time_factor: _RealTimeFactor = None,
+    until: _Until = None,
+    seed: _Seed = None,
+    as_csv: _AsCsv = False,
+    plot: _Plot = None,
 ) -> None:
     """Send MESSAGES over one direction of a link; print when each arrives and why it waited.
 
-    The link is a preset, or made of options; an option beside a preset replaces what the preset says.
+    The link is a preset, or made of options; an option beside a preset replaces what the preset says. A delivery that
+    acknowledges uses both directions: options other than the rates hold for both.
     """
-    given = {
-        "--preset": preset,
-        "--direction": direction,
-        "--uplink": uplink,
-        "--downlink": downlink,
-        "--latency": latency,
-        "--jitter": jitter,
-        "--loss": loss,
-        "--on-dark": on_dark,
-        "--queue": queue,
-        "--discipline": discipline,
-        "--drop": drop,
-        "--mtu": mtu,
-        "--header": header,
-        "--budget": budget,
-        "--real-time-factor": real_time_factor,
-        "--until": until,
-        "--seed": seed,
-    }
+    options = {f"--{name.replace('_', '-')}": value for name, value in locals().items()}
+    given = {name: value for name, value in options.items() if isinstance(value, str)}
     with errors_shown():
         _refuse_picture(plot)
         rows, chosen = _traced(messages, given, blackout or [])
@@ -189,11 +189,10 @@ def _refuse_picture(plot: Path | None) -> None:
         raise BadInput((Problem("--plot", f"{plot} is no .svg or .png", "Name the file so."),))
 
 
-def _traced(
-    messages: str, given: dict[str, str | None], blackouts: list[str]
-) -> tuple[tuple[TraceRow, ...], ChosenLink]:
+def _traced(messages: str, given: dict[str, str], blackouts: list[str]) -> tuple[tuple[TraceRow, ...], ChosenLink]:
     """The rows and the link; problems of the file and of the options together."""
     from teleop_sim.channel.trace import Offer, read_offers, trace
+    from teleop_sim.channel.trace_delivered import trace_delivered
     from teleop_sim.cli_link import link_from
     from teleop_sim.core.streams import stream
 
@@ -209,9 +208,12 @@ def _traced(
         raise BadInput((*problems, *error.problems)) from None
     if problems:
         raise BadInput(tuple(problems))
-    rng = stream(chosen.seed, 0, f"link.{chosen.way}")
     way: DirectionName = "up" if chosen.way == "up" else "down"
-    return trace(offers, chosen.settings, rng, way, chosen.until_s), chosen
+    rng = stream(chosen.seed, 0, f"link.{chosen.way}")
+    if chosen.back is None:
+        return trace(offers, chosen.settings, rng, way, chosen.until_s), chosen
+    both = (chosen.settings, rng), (chosen.back, stream(chosen.seed, 0, f"link.{chosen.way_back}"))
+    return trace_delivered(offers, chosen.delivery, both, way, chosen.until_s), chosen
 
 
 def _text(messages: str) -> str:

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from teleop_sim.cli_channel import channel_app
+from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
+from teleop_sim.cli_machines import machines_app
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ app = typer.Typer(
 scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check scenarios.")
 app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
+app.add_typer(machines_app, name="machines")
 
 
 def _complete_scenario(incomplete: str) -> list[str]:
@@ -51,18 +54,6 @@ def _complete_pacing(incomplete: str) -> list[str]:
     from teleop_sim.scenarios.names import PACINGS
 
     return [name for name in PACINGS if name.startswith(incomplete)]
-
-
-def _complete_preset(incomplete: str) -> list[str]:
-    from teleop_sim.channel.presets import PRESETS
-
-    return [name for name in PRESETS if name.startswith(incomplete)]
-
-
-def _complete_delivery(incomplete: str) -> list[str]:
-    from teleop_sim.channel.delivery import DELIVERIES
-
-    return [name for name in DELIVERIES if name.startswith(incomplete)]
 
 
 def _version(wanted: bool) -> None:
@@ -92,7 +83,7 @@ def run(
         typer.Option(
             help="A link by name, in place of the scenario's; see channel list.",
             metavar="NAME",
-            autocompletion=_complete_preset,
+            autocompletion=complete_preset,
         ),
     ] = None,
     uplink: Annotated[str | None, typer.Option(help="Rate to the robot, such as 380bps.", metavar="RATE")] = None,
@@ -103,12 +94,16 @@ def run(
     loss: Annotated[
         str | None, typer.Option(help="Probability that a packet is lost, in both directions.", metavar="SHARE")
     ] = None,
+    header: Annotated[
+        str | None,
+        typer.Option(help="Header of each packet in bytes; tcp brings its own: 0.", metavar="N"),
+    ] = None,
     delivery: Annotated[
         str | None,
         typer.Option(
             help="How messages get across: best_effort, stop_and_wait, selective_repeat, custody, ...",
             metavar="NAME",
-            autocompletion=_complete_delivery,
+            autocompletion=complete_delivery,
         ),
     ] = None,
     autonomy: Annotated[
@@ -135,6 +130,7 @@ def run(
         "--preset": preset,
         "--loss": loss,
         "--delivery": delivery,
+        "--header": header,
         "--uplink": uplink,
         "--downlink": downlink,
         "--latency": latency,

@@ -1,4 +1,4 @@
-"""Options of ``teleop-sim channel trace`` as one direction of a link; all that is wrong with them at once."""
+"""Options of ``teleop-sim channel trace`` as a link; all that is wrong with them at once."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from teleop_sim.channel.delivery import DELIVERIES, BestEffort, Delivery
 from teleop_sim.channel.jitter import UniformJitter
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.channel.presets import PRESETS, Preset
@@ -17,7 +18,10 @@ from teleop_sim.core.streams import stream
 from teleop_sim.core.units import format_rate, format_time, parse_rate_bps, parse_time_s
 
 DRAWN_AFTER_S = 86400.0
-"""How long after the last message a preset's blackouts and rates are drawn (assumed); a trace of one ends then."""
+"""How long after the last message a preset's blackouts and rates are drawn (assumed).
+
+A trace of one ends then, and one of a delivery that acknowledges, for it might never give up.
+"""
 
 T = TypeVar("T")
 
@@ -81,6 +85,12 @@ def _preset(text: str, where: str) -> Preset:
     return PRESETS[text]
 
 
+def _delivery(text: str, where: str) -> Delivery:
+    if text not in DELIVERIES:
+        raise UnknownName(where, text, tuple(DELIVERIES))
+    return DELIVERIES[text]()
+
+
 def _shown(text: str) -> str:
     return repr(text if len(text) <= 40 else f"{text[:37]}...")
 
@@ -104,17 +114,31 @@ RATES = {"--uplink": "up", "--downlink": "down"}
 
 @dataclass(frozen=True)
 class ChosenLink:
-    """What is traced: settings, name of the way, when to stop [s], seed, and words for a title."""
+    """What is traced: settings, name of the way, when to stop [s], seed, and words for a title.
+
+    ``back``: settings of the other direction, if the delivery acknowledges; None: it needs none.
+    """
 
     settings: DirectionSettings
     way: str
     until_s: float
     seed: int
     title: str
+    delivery: Delivery
+    back: DirectionSettings | None
+
+    @property
+    def way_back(self) -> str:
+        """Name of the other direction."""
+        return _back_of(self.way)
 
 
-def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s: float) -> ChosenLink:
-    """The direction that options (name to text, None: not given) ask for.
+def _back_of(way: str) -> str:
+    return "down" if way == "up" else "up"
+
+
+def link_from(given: Mapping[str, str], blackouts: Sequence[str], last_s: float) -> ChosenLink:
+    """The link that options (name to text) ask for.
 
     Args:
         given: options.
@@ -127,30 +151,52 @@ def link_from(given: Mapping[str, str | None], blackouts: Sequence[str], last_s:
     """
     reader = _Reader(given)
     chosen = reader.read("--preset", _preset)
+    delivery = reader.read("--delivery", _delivery) or BestEffort()
     rates = {way: reader.read(name, parse_rate_bps) for name, way in RATES.items()}
-    read = {field: reader.read(name, parse) for name, (field, parse) in FIELDS.items()}
-    changes: dict[str, Any] = {field: value for field, value in read.items() if value is not None}
-    if blackouts:
-        changes["blackouts"] = tuple(filter(None, (reader.parse("--blackout", _blackout, text) for text in blackouts)))
+    changes = _changes(reader, blackouts)
     seed = reader.read("--seed", _whole) or 0
     until_s = reader.read("--until", _end)
     factor = reader.read("--real-time-factor", _real)
     way = _way(given, chosen, rates, reader)
+    if delivery.acknowledged:
+        _refuse_one_way(given, way, reader)
     reader.done()
-    if rates.get(way) is not None:
-        changes |= {"rate_bps": rates[way], "rates": ()}
-    if "delay_s" in changes:
-        changes["delays"] = ()
     drawn_s = max(last_s, until_s or 0.0) + DRAWN_AFTER_S
-    base = DirectionSettings(math.inf, 0.0)
-    if chosen is not None:
-        rng = stream(seed, 0, f"link.{way}.blackouts")
-        base = chosen.settings(drawn_s, rng, way, 1.0 if factor is None else factor)
-    settings = _changed(base, changes)
+
+    def made(name: str) -> DirectionSettings:
+        base = DirectionSettings(math.inf, 0.0)
+        if chosen is not None:
+            rng = stream(seed, 0, f"link.{name}.blackouts")
+            base = chosen.settings(drawn_s, rng, name, 1.0 if factor is None else factor)
+        rate_bps = rates.get(name)
+        return _changed(base, changes if rate_bps is None else changes | {"rate_bps": rate_bps, "rates": ()})
+
+    settings = made(way)
+    back = made(_back_of(way)) if delivery.acknowledged else None
     if until_s is None:
         # What is drawn is known up to here only.
-        until_s = drawn_s if base.blackouts or base.rates or base.delays else math.inf
-    return ChosenLink(settings, way, until_s, seed, _title(chosen, way, settings))
+        drawn = chosen is not None and (chosen.ways[way].dark or chosen.ways[way].alternating)
+        until_s = drawn_s if drawn or back is not None else math.inf
+    return ChosenLink(settings, way, until_s, seed, _title(chosen, way, settings), delivery, back)
+
+
+def _changes(reader: _Reader, blackouts: Sequence[str]) -> dict[str, Any]:
+    """Fields of the settings that options set, in both directions."""
+    read = {field: reader.read(name, parse) for name, (field, parse) in FIELDS.items()}
+    changes: dict[str, Any] = {field: value for field, value in read.items() if value is not None}
+    if blackouts:
+        changes["blackouts"] = tuple(filter(None, (reader.parse("--blackout", _blackout, text) for text in blackouts)))
+    if "delay_s" in changes:
+        changes["delays"] = ()
+    return changes
+
+
+def _refuse_one_way(given: Mapping[str, str], way: str, reader: _Reader) -> None:
+    """Acknowledgements need a way back."""
+    option = f"--{_back_of(way)}link"
+    if "--preset" not in given and f"--{way}link" in given and option not in given:
+        what = f"{given['--delivery']} is acknowledged, and there is no way back"
+        reader.problems.append(Problem(option, what, f"Add {option} RATE."))
 
 
 def _changed(base: DirectionSettings, changes: Mapping[str, Any]) -> DirectionSettings:
@@ -168,7 +214,7 @@ def _changed(base: DirectionSettings, changes: Mapping[str, Any]) -> DirectionSe
 class _Reader:
     """Reads options one after the other and keeps what is wrong with them."""
 
-    def __init__(self, given: Mapping[str, str | None]) -> None:
+    def __init__(self, given: Mapping[str, str]) -> None:
         self._given = given
         self.problems: list[Problem] = []
 
@@ -188,7 +234,7 @@ class _Reader:
             raise BadInput(tuple(self.problems))
 
 
-def _way(given: Mapping[str, str | None], chosen: Preset | None, rates: Mapping[str, object], reader: _Reader) -> str:
+def _way(given: Mapping[str, str], chosen: Preset | None, rates: Mapping[str, object], reader: _Reader) -> str:
     """Which way is meant; what is missing or does not exist goes to the reader's problems."""
     asked = given.get("--direction")
     way = asked or ("down" if given.get("--uplink") is None and given.get("--downlink") is not None else "up")

@@ -51,6 +51,7 @@ OPTIONS = (
     _Option("--uplink", ("link.up.rate_bps",), parse_rate_bps),
     _Option("--downlink", ("link.down.rate_bps",), parse_rate_bps),
     _Option("--latency", ("link.up.delay_s", "link.down.delay_s"), parse_time_s),
+    _Option("--header", ("link.up.header_bytes", "link.down.header_bytes"), _whole),
     _Option("--autonomy", ("autonomy",), _text),
     _Option("--pacing", ("pacing",), _text),
     _Option("--seed", ("seed",), _whole),

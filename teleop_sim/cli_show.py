@@ -94,8 +94,9 @@ def print_report(log: Path, out: Path | None) -> None:
     if problems:
         raise BadInput(tuple(problems))
     paths = write_report(log, out)
-    paper = _Paper()
-    _print_tables(paper, list(opened.records()))
+    paper, records = _Paper(), list(opened.records())
+    _print_tables(paper, records)
+    _print_ledger(paper, records)
     if opened.interrupted:
         paper.print(f"\nThe run was interrupted: the log reads up to {opened.end_s:.1f} s.")
     for path in paths:
@@ -113,6 +114,16 @@ def _print_tables(paper: Console, records: list[Record]) -> None:
         states = _plain_ruled(rich_table(rows, narrow=True))
     paper.print(states)
     paper.print(rich_shares(where_time_went(records)))
+
+
+def _print_ledger(paper: Console, records: list[Record]) -> None:
+    from teleop_sim.reports.ledger import ledger, message_ledger, rich_ledger
+
+    for rows, messages in ((message_ledger(records), True), (ledger(records), False)):
+        if rows:
+            table = rich_ledger(rows, messages=messages)
+            narrow = _plain_ruled(rich_ledger(rows, narrow=True, messages=messages))
+            paper.print(table if _fits(paper, table) else narrow)
 
 
 def _fits(paper: Console, table: Table) -> bool:

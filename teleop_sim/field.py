@@ -9,26 +9,22 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-import numpy as np
 import simpy
 
 from teleop_sim.channel import messages as msg
-from teleop_sim.channel import vocabulary as chat
 from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
+from teleop_sim.field_orders import Direct, Orders
+from teleop_sim.field_voice import Beat, SiteVoice
 from teleop_sim.machines.declare import FELL, Machine
-from teleop_sim.machines.executive import Executive, Result
+from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Look, Nudge, Posture
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
-from teleop_sim.robot.programs.steps import AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
+from teleop_sim.robot.programs.steps import AskData, AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
 from teleop_sim.robot.skills.sensing import picture
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, Any, Any]
-
-HEAD_MOVE_S = 2.0
-"""A head movement that the operator commands: what WPI's task code asks for in its sweeps."""
 
 IMAGE_SIZE = (320, 170)
 IMAGE_QUALITY = 50
@@ -42,7 +38,7 @@ class FieldSite:
         env: the clock.
         robot: the robot on its site.
         machine: what the executive runs, at ``level``. programs: by state. poll_s: how often a program looks whether
-            a state is done; zero is at once.
+            a state is done; zero is at once. heartbeat: what the control station is told, and how often [s].
         send: to the downlink. emit: to the log.
     """
 
@@ -54,20 +50,28 @@ class FieldSite:
         level: int,
         programs: Mapping[str, ProgramOf],
         poll_s: float,
+        heartbeat: tuple[Beat, float],
         send: Send,
         emit: Emit,
     ) -> None:
         self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
-        self._send, self._emit = send, emit
+        self._heartbeat, self._send, self._emit = heartbeat, send, emit
         self._memory = Memory()
+        self._programs_at_work: dict[str, simpy.Process] = {}
+        self._turns = simpy.Resource(env)
         self._acting: simpy.Process | None = None
         self._by_hand: simpy.Process | None = None
         self._under_way: Callable[[float], Record] | None = None
         self._pictures = 0
-        self.executive = Executive(env, machine, level, self._start_program, _Voice(env, machine, self._tell), emit)
+        self._voice = SiteVoice(env, self._tell)
+        self.executive = Executive(env, machine, level, self._start_program, self._voice, emit)
+        self._voice.listen_to(self.executive)
+        self.receive = Orders(self.executive, self._voice.ledger, self).receive
 
     def run(self) -> Generator[simpy.Event, Any, Result]:
         """Process: run the machine to its end."""
+        what, every_s = self._heartbeat
+        self._env.process(self._voice.beat(every_s, what))
         return (yield from self.executive.run())
 
     def close(self) -> None:
@@ -78,59 +82,30 @@ class FieldSite:
 
     # What has arrived ----------------------------------------------------------------------------------------------
 
-    def receive(self, payload: bytes) -> None:
-        """Obey a message that has arrived."""
-        match msg.decode_payload(payload):
-            case msg.Confirm(request=request):
-                self.executive.confirm(request)
-            case msg.Reject(request=request):
-                self.executive.reject(request)
-            case msg.SetLevel(level=level):
-                self.executive.set_level(level)
-            case msg.StopAll():
-                self._stop("stop all")
-            case msg.Chat(text=text):
-                self._obey(text)
-            case other:
-                self._note("ignored", str(other), "not a command")
-
-    def _obey(self, text: str) -> None:
-        try:
-            command = chat.parse_chat(text)
-        except msg.BadMessage as problem:
-            self._note("ignored", text, str(problem))
-            return
-        match command:
-            case chat.Event(name=name):
-                self.executive.force(name)
-            # This neck has no roll.
-            case chat.MoveHead(pitch_deg=pitch, yaw_deg=yaw):
-                self._direct(text, Look(float(np.radians(pitch)), float(np.radians(yaw)), HEAD_MOVE_S))
-            case chat.NudgeHand(side=side, frame=frame, x_m=x, y_m=y, z_m=z):
-                self._direct(text, Nudge(side, (x, y, z), frame))
-            case _:
-                self._stop(text)
-
-    def _stop(self, text: str) -> None:
+    def stop(self, text: str) -> None:
         """Bring the robot to rest; the program goes on with what it then finds."""
         # A program may be waiting for the end of a movement that the operator commanded: it is that one that moves.
         mover = self._by_hand if _alive(self._by_hand) else self._acting
         if mover is not None and mover.is_alive and self._robot.busy:
-            self._note("stopped", text, "")
+            self.note("stopped", text, "")
             mover.interrupt("stop")
         else:
-            self._note("ignored", text, "the robot is at rest")
+            self.note("ignored", text, "the robot is at rest")
 
-    def _direct(self, text: str, command: Look | Nudge | Posture) -> None:
+    def direct(self, text: str, command: Direct) -> None:
         """A movement that the operator commands himself; only while no program acts."""
-        if _alive(self._acting) or _alive(self._by_hand):
-            self._note("ignored", text, "the robot is acting")
+        if any(_alive(p) for p in self._programs_at_work.values()) or _alive(self._by_hand):
+            self.note("ignored", text, "the robot is acting")
             return
-        self._note("direct", text, "")
+        self.note("direct", text, "")
         self._by_hand = self._env.process(self._do_directly(command))
 
-    def _do_directly(self, command: Look | Nudge | Posture) -> Process:
-        reply = yield from self._act(command)
+    def note(self, effect: str, command: str, note: str) -> None:
+        """Write down what became of a command."""
+        self._emit(Released(float(self._env.now), 0, command, effect, note))
+
+    def _do_directly(self, command: Direct) -> Process:
+        reply = yield from self._act(command, self.executive.state)
         if reply.outcome == "fell":
             self.executive.fell(reply.cause)
 
@@ -147,52 +122,55 @@ class FieldSite:
                 yield moving
             raise
 
-    def _note(self, effect: str, command: str, note: str) -> None:
-        self._emit(Released(float(self._env.now), 0, command, effect, note))
-
     # What the machine asks for -------------------------------------------------------------------------------------
 
-    def _start_program(self, state: str) -> simpy.Process:
-        self._acting = self._env.process(self._program(state))
-        return self._acting
+    def _start_program(self, start: Start) -> simpy.Process:
+        made = self._programs_at_work[start.path] = self._env.process(self._program(start))
+        return made
 
-    def _program(self, state: str) -> Process:
+    def _program(self, start: Start) -> Process:
         """Drive the state's generator: do each step on the clock and hand it the answer."""
         try:
             yield from self._let_hand_movement_end()
             entered_s = float(self._env.now)
-            program, answer, note = self._programs[state](self._memory), None, ""
+            program, answer, note = self._programs[start.program](self._memory), None, ""
             while True:
                 try:
                     step = program.send(answer)
                 except StopIteration as end:
                     event = str(end.value)
                     break
-                answer = yield from self._take_step(step)
+                answer = yield from self._take_step(step, start)
                 if isinstance(answer, Reply):
                     note = answer.cause or note
             if event != FELL:
-                yield from self._wait_for_poll(entered_s)
+                yield from self._wait_for_poll(entered_s, start.path)
         except (Interrupted, simpy.Interrupt):
-            return (FELL, self._robot.fall_cause) if self._robot.fallen else ("", "interrupted")
-        return event, note
+            return Signal(FELL, self._robot.fall_cause) if self._robot.fallen else Signal("", "interrupted")
+        return Signal(event, note)
 
-    def _take_step(self, step: Step) -> Process:
+    def _take_step(self, step: Step, start: Start) -> Process:
         match step:
             case Wait(seconds=seconds, why=why):
-                yield from self._wait(seconds, why)
+                yield from self._wait(seconds, why, start.path)
             case AskStatus():
                 return self._robot.status()
             case Say(text=text):
                 self._tell(msg.LogLine(float(self._env.now), text), text)
             case Show():
                 self._show()
+            case AskData(what=what):
+                return (yield start.ask(what))
             case command:
-                return (yield from self._act(command))
+                # States at work at once share one body: they move one after the other.
+                with self._turns.request() as turn:
+                    yield turn
+                    self._acting = self._programs_at_work[start.path]
+                    return (yield from self._act(command, start.path))
         return None
 
-    def _act(self, command: Any) -> Process:
-        start_s, state = float(self._env.now), self.executive.state
+    def _act(self, command: Any, state: str) -> Process:
+        start_s = float(self._env.now)
         name, text = type(command).__name__.lower(), brief(command)
 
         def ended(now_s: float, outcome: str, cause: str, physics_s: float) -> EpisodeEnded:
@@ -212,11 +190,11 @@ class FieldSite:
         self._memory.facts["pose"] = self._robot.pose()
         return Reply(episode.outcome, episode.cause, episode.data, now_s - start_s)
 
-    def _wait(self, seconds: float, why: str) -> Process:
+    def _wait(self, seconds: float, why: str, state: str) -> Process:
         if seconds <= 0.0:
             return
         start_s = float(self._env.now)
-        self._under_way = lambda now_s: Waited(now_s, start_s, self.executive.state, "pacing", why)
+        self._under_way = lambda now_s: Waited(now_s, start_s, state, "pacing", why)
         try:
             yield self._env.timeout(seconds)
         except simpy.Interrupt:
@@ -224,9 +202,9 @@ class FieldSite:
             raise
         self.close()
 
-    def _wait_for_poll(self, entered_s: float) -> Process:
+    def _wait_for_poll(self, entered_s: float, state: str) -> Process:
         """WPI's states look once a second whether they are done."""
-        yield from self._wait(wait_for_poll_s(float(self._env.now) - entered_s, self._poll_s), "poll")
+        yield from self._wait(wait_for_poll_s(float(self._env.now) - entered_s, self._poll_s), "poll", state)
 
     def _tell(self, message: msg.Message, text: str) -> None:
         topic, payload = msg.encode_message(message)
@@ -244,32 +222,6 @@ def _camera_image(body: Body, rng: np.random.Generator) -> msg.Message:
 
 def _alive(process: simpy.Process | None) -> bool:
     return process is not None and bool(process.is_alive)
-
-
-class _Voice:
-    """The executive's words as messages."""
-
-    def __init__(self, env: simpy.Environment, machine: Machine, tell: Callable[[msg.Message, str], None]) -> None:
-        self._env, self._tell = env, tell
-        self._states = machine.state_names
-        self._events = machine.events
-
-    def transition(self, edge: int, state: str, event: str, next_state: str) -> None:
-        self._tell(msg.MirrorUpdate(edge), f"{state} {event} {next_state}")
-
-    def mode(self, mode: str) -> None:
-        self._tell(msg.ModeIs(msg.MODES.index(mode)), mode)
-
-    def level(self, level: int) -> None:
-        self._tell(msg.LevelIs(level), f"level {level}")
-
-    def request(self, request: int, kind: str, state: str, event: str) -> None:
-        number = self._events.index(event) if event else 0
-        asked = msg.Request(request, "confirm" if kind == "confirm" else "manual", self._states.index(state), number)
-        self._tell(asked, f"{kind} {state} {event}")
-
-    def line(self, text: str) -> None:
-        self._tell(msg.LogLine(float(self._env.now), text), text)
 
 
 def brief(command: object) -> str:

@@ -190,7 +190,8 @@ class _Bench:
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
-        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, to_station, emit)
+        beat = scenario.link.heartbeat, scenario.link.heartbeat_s
+        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit)
         self.robot = robot
         self.station = Supervisor(
             self.env,
@@ -199,7 +200,7 @@ class _Bench:
             operator_timing(scenario.operator),
             streams("operator"),
             watch,
-            Briefing(round_trip_s=plan.round_trip_s, uplink_bps=plan.up.settings.rate_bps),
+            Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1]),
             operator_policy(scenario.operator),
         )
 

@@ -7,8 +7,10 @@ from collections.abc import Callable
 import simpy
 
 from teleop_sim.channel.delivery import Connection, Endpoint, connect
+from teleop_sim.channel.fates import Fate, Tell
 from teleop_sim.channel.link import Direction, Receive
 from teleop_sim.channel.message import DirectionName
+from teleop_sim.channel.message_ends import message_ended
 from teleop_sim.core.records import Emit, Record, TransitionTaken
 from teleop_sim.scenarios.links import LinkPlan, Streams, WayPlan
 
@@ -26,7 +28,7 @@ def wire(
         plan: what the link can do.
         streams: loss and jitter are drawn from ``link.up`` and ``link.down``.
         to_field: told of each message that arrives at the field site. to_station: at the control station.
-        emit: told of each packet's end.
+        emit: told of each packet's end, and of each message's where its delivery acknowledges.
 
     """
 
@@ -34,9 +36,22 @@ def wire(
         settings = plan.up.settings if name == "up" else plan.down.settings
         return Direction(env, name, settings, receive, seen, streams(f"link.{name}"))
 
-    station = Endpoint(env, plan.up.delivery, to_station, ack_priority=plan.up.priorities.get("ack", 0))
-    site = Endpoint(env, plan.down.delivery, to_field, ack_priority=plan.down.priorities.get("ack", 0))
+    def end(name: DirectionName, way: WayPlan, receive: Receive) -> Endpoint:
+        tell = _teller(env, name, way, emit)
+        return Endpoint(env, way.delivery, receive, tell, ack_priority=way.priorities.get("ack", 0))
+
+    station, site = end("up", plan.up, to_station), end("down", plan.down, to_field)
     return connect(make, station, site, emit)
+
+
+def _teller(env: simpy.Environment, name: DirectionName, way: WayPlan, emit: Emit) -> Tell:
+    """What records the fates of a direction's messages. With best effort the packets' records say it all."""
+
+    def tell(fate: Fate) -> None:
+        if way.delivery.acknowledged:
+            emit(message_ended(fate, float(env.now), name, way.settings.blackouts))
+
+    return tell
 
 
 def sender(endpoint: Endpoint, way: WayPlan) -> Send:

@@ -80,9 +80,19 @@ class Story:
 
     @cached_property
     def asked_at_s(self) -> dict[int, float]:
-        """When the operator got each request (NaN: never). Requests are sent in the order in which they are logged."""
-        arrivals = [p.arrived_s for p in self.packets["down"] if p.topic == "request"]
-        return {r.request: t for r, t in zip(self.all(rec.Requested), arrivals, strict=True)}
+        """When the operator got each request (infinite: never): by itself, or with a state that was told after it.
+
+        Requests are sent in the order in which they are logged.
+        """
+        sent = [p for p in self.packets["down"] if p.topic == "request"]
+        states = [p for p in self.packets["down"] if p.topic == "sync_state" and p.outcome == "delivered"]
+        return {
+            r.request: min(
+                (q.arrived_s for q in (p, *(s for s in states if s.sent_s >= r.t_s)) if q.outcome == "delivered"),
+                default=math.inf,
+            )
+            for r, p in zip(self.all(rec.Requested), sent, strict=True)
+        }
 
     @cached_property
     def joints(self) -> dict[str, int]:
@@ -186,6 +196,9 @@ def every_packet_ends_once(story: Story) -> Iterator[str]:
                 yield f"in flight before the end: {p}"
 
 
+BY_SOFTWARE = ("attach", "sync_request")
+
+
 def sent_is_what_the_sites_said(story: Story) -> Iterator[str]:
     """Sent = delivered + dropped + in flight, by topic: what was sent is known from the sites' own records."""
     ended = {name: Counter(p.topic for p in packets) for name, packets in story.packets.items()}
@@ -199,8 +212,10 @@ def sent_is_what_the_sites_said(story: Story) -> Iterator[str]:
         if ended["down"][topic] != count:
             yield f"down {topic}: {count} sent, {ended['down'][topic]} ended"
     acts = sum(a.kind == "send" for a in story.all(rec.OperatorActed))
-    if ended["up"].total() != acts:
-        yield f"up: {acts} sent, {ended['up'].total()} ended"
+    # The station's own software asks for the state without anybody's act.
+    by_hand = ended["up"].total() - sum(ended["up"][topic] for topic in BY_SOFTWARE)
+    if by_hand != acts:
+        yield f"up: {acts} sent, {by_hand} ended"
 
 
 def waits_of_a_packet_add_up(story: Story) -> Iterator[str]:
@@ -320,7 +335,9 @@ def the_guard_holds(story: Story) -> Iterator[str]:
         if t.how == "confirmed" and t.threshold < t.level:
             yield f"needed no confirmation: {t}"
         commands = [r for r in story.all(rec.Released) if t.entered_s - EPS_S <= r.t_s <= t.t_s + EPS_S]
-        if t.how == "confirmed" and not any(r.command == "confirm" and r.effect == "answered" for r in commands):
+        if t.how == "confirmed" and not any(
+            r.command.startswith("confirm ") and r.effect == "answered" for r in commands
+        ):
             yield f"nobody confirmed: {t}"
         if t.how == "forced" and not any(r.command == t.event and r.effect in ("answered", "forced") for r in commands):
             yield f"nobody forced: {t}"

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from teleop_sim.channel.delivery import DELIVERIES
 from teleop_sim.channel.presets import PRESETS
 from teleop_sim.channel.trace import HEADER
 from teleop_sim.cli_commands import app
@@ -95,6 +96,37 @@ def test_options_do_what_they_say() -> None:
     assert 0.0 < late < 2.0
 
 
+def test_a_delivery_uses_the_way_back_and_tells_what_it_repeats() -> None:
+    alone = "time,topic,bytes\n0,walk,18\n"
+    both = ("--uplink", "64bps", "--downlink", "50kbps", "--latency", "10s")
+    # Frames of 18 + 3 bytes; 12.25 s are those of 18.
+    arrived = {name: rows_of(*both, "--delivery", name, given=alone)[0]["arrived_s"] for name in DELIVERIES}
+    assert arrived["best_effort"] == "12.25"
+    assert {arrived[name] for name in ("stop_and_wait", "selective_repeat", "custody")} == {"12.625"}
+    # A SYN of 40 bytes, 5 s up; its answer, 6.4 ms down, comes at 25.0064 s. Till then four more SYN have gone out.
+    # Then the ACK, 5 s, and the data, 58 bytes in 7.25 s.
+    assert arrived["tcp"] == "47.2564"
+    lossy = rows_of(*both, "--delivery", "stop_and_wait", "--loss", "0.5", "--seed", "1")
+    assert {row["outcome"] for row in lossy} == {"delivered"}
+    assert max(float(row["retransmission_s"]) for row in lossy) > 20.0
+
+
+def test_a_delivery_over_a_preset_takes_both_of_its_ways() -> None:
+    rows = rows_of("--preset", "src-task1-hardest", "--delivery", "custody", "--blackout", "1s-100s")
+    assert [row["outcome"] for row in rows] == ["delivered"] * 3
+    assert float(rows[0]["blackout_s"]) == pytest.approx(99.0)
+    assert rows_of("--preset", "src-task1-hardest", "--delivery", "best_effort") == rows_of(
+        "--preset", "src-task1-hardest"
+    )
+
+
+def test_a_delivery_that_never_gives_up_ends_with_the_trace() -> None:
+    (row,) = rows_of(
+        "--preset", "src-task1-hardest", "--budget", "100", "--delivery", "custody", given="time,topic,bytes\n0,a,18\n"
+    )
+    assert (row["outcome"], row["arrived_s"]) == ("in_flight", "")
+
+
 def test_the_seed_decides() -> None:
     many = "time,topic,bytes\n" + "".join(f"{10 * i},a,5\n" for i in range(40))
     asked = ("--preset", "drc-finals-2015", "--direction", "burst")
@@ -130,6 +162,11 @@ def test_the_seed_decides() -> None:
         ),
         (("--uplink", "8bps", "--plot", "a.gif"), "--plot: a.gif is no .svg or .png"),
         (("--uplink", "8bps", "--until", "0s"), "--until"),
+        (("--uplink", "8bps", "--downlink", "8bps", "--delivery", "tpc"), "Did you mean 'tcp'?"),
+        (("--uplink", "8bps", "--delivery", "tcp"), "--downlink: tcp is acknowledged, and there is no way back"),
+        (("--downlink", "8bps", "--delivery", "custody"), "--uplink: custody is acknowledged"),
+        (("--preset", "moon", "--header", "40", "--delivery", "tcp"), "would be charged twice"),
+        (("--preset", "moon", "--mtu", "40", "--delivery", "tcp"), "fragments of 40 bytes hold no TCP segment"),
     ],
 )
 def test_bad_options_are_refused(args: tuple[str, ...], words: str) -> None:

@@ -10,8 +10,9 @@ import pytest
 from teleop_sim import load_scenario
 from teleop_sim.channel.delivery import DELIVERIES
 from teleop_sim.core.errors import BadInput
-from teleop_sim.core.records import PacketEnded, Released, Requested, TransitionTaken
+from teleop_sim.core.records import MessageEnded, ModeChanged, PacketEnded, Released, Requested, TransitionTaken
 from teleop_sim.log.load import load
+from teleop_sim.reports.ledger import ALL, message_ledger
 from teleop_sim.run import RunResult, run_scenario
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.links import link_problems
@@ -50,7 +51,10 @@ def go(tmp_path_factory):
 
 
 def lossy(go, delivery: str) -> RunResult:
-    return go(f"lossy-{delivery}", link__delivery=delivery, **{k.replace(".", "__"): v for k, v in LOSSY.items()})
+    # TCP's packets bring their 40 bytes of headers with them.
+    more = {"link.up.header_bytes": 0, "link.down.header_bytes": 0} if delivery == "tcp" else {}
+    changes = {key.replace(".", "__"): value for key, value in (LOSSY | more).items()}
+    return go(f"lossy-{delivery}", link__delivery=delivery, **changes)
 
 
 def records(result: RunResult, kind: type):
@@ -86,19 +90,107 @@ def test_every_copy_is_a_packet_with_one_end_and_its_full_price(go, delivery):
         fates = Counter(p.outcome for p in packets)
         assert fates["delivered"] + fates["dropped"] + fates["in_flight"] == len(packets)
         assert {p.reason for p in packets if p.outcome == "dropped"} == {"lost"}
-        assert {p.size_bits - 8 * p.payload_bytes for p in packets} == {8 * HEADER_BYTES}
+        header_bytes = 0 if delivery == "tcp" else HEADER_BYTES
+        assert {p.size_bits - 8 * p.payload_bytes for p in packets} == {8 * header_bytes}
+        assert min(p.size_bits for p in packets) >= 8 * HEADER_BYTES
         copies = sum(p.topic == topic for p in packets)
         assert copies >= messages
         # 0.2 of some hundred packets, seven standard deviations wide.
         assert 0 < fates["dropped"] < 0.6 * len(packets)
 
 
-def test_what_nobody_repeats_is_lost_and_the_run_says_where_it_waits(go, laws):
-    """The request that the downlink loses is never asked again; the end tells the state that waits for its answer."""
-    result = lossy(go, "best_effort")
+@pytest.mark.parametrize("delivery", REPEATING)
+def test_every_message_has_one_fate_in_the_log_whose_waits_explain_its_time(go, delivery):
+    result = lossy(go, delivery)
+    messages, packets = records(result, MessageEnded), records(result, PacketEnded)
+    said = {kind: len(records(result, kind)) for kind in (Requested, TransitionTaken, ModeChanged)}
+    for way, topics in (
+        ("up", {"confirm": result.operator_acts}),
+        ("down", {"request": said[Requested], "mirror": said[TransitionTaken], "mode": said[ModeChanged]}),
+    ):
+        mine = [m for m in messages if m.direction == way]
+        assert sorted(m.number for m in mine) == list(range(len(mine)))
+        assert {topic: sum(m.topic == topic for m in mine) for topic in topics} == topics
+        # Copies are packets. One may be sent after its message is there, as long as no acknowledgement has come.
+        for topic in topics:
+            copies = sum(m.copies for m in mine if m.topic == topic)
+            arrived = sum(m.outcome == "delivered" for m in mine if m.topic == topic)
+            assert arrived <= copies <= sum(p.topic == topic and p.direction == way for p in packets)
+    for m in messages:
+        waits = (m.queue_s, m.blackout_s, m.serialisation_s, m.propagation_s, m.retransmission_s)
+        assert min(waits) >= -1e-9
+        assert (m.outcome == "delivered") == (m.delivered_s == m.t_s)
+        # Sums of times below 2000 s.
+        assert math.fsum(waits) == pytest.approx(m.t_s - m.sent_s, abs=1e-6)
+    again_s = [m.retransmission_s for m in messages if m.outcome == "delivered"]
+    assert max(again_s) > 2 * DELAY_S
+    assert {m.outcome for m in messages} <= {"delivered", "in_flight"}
+    assert len(load(result.log).messages) == len(messages)
+
+
+def test_best_effort_has_no_fates_beside_those_of_its_packets(go):
+    assert records(lossy(go, "best_effort"), MessageEnded) == []
+
+
+def test_tcp_over_a_round_trip_beyond_its_patience_says_why_nothing_arrives(tmp_path):
+    """22 minutes each way: no handshake ends in the 924.6 s after which TCP gives up."""
+    changes = {"link.up": {}, "link.down": {}, "link.preset": "mars-far", "link.delivery": "tcp"}
+    changes |= {"autonomy": "off", "pacing": "eager", "time_limit_s": 1000.0}
+    result = run_scenario(load_scenario("src-dish", changes), SEED, tmp_path)
     assert result.outcome == "censored"
-    assert result.cause.startswith("time limit of 1800 s reached in STATE_")
-    assert [p.topic for p in records(result, PacketEnded) if p.outcome == "dropped"].count("request") == 1
+    messages = records(result, MessageEnded)
+    lost = [m for m in messages if m.outcome == "dropped"]
+    assert {(m.reason, m.copies) for m in lost} == {("no_connection", 0)}
+    # All that was entrusted until then ends at that time; the next heartbeat, at 930 s, calls anew.
+    assert [m.t_s for m in lost] == [pytest.approx(924.6)] * len(lost)
+    later = [m for m in messages if m not in lost]
+    assert {(m.outcome, m.copies) for m in later} == {("in_flight", 0)}
+    assert max(m.sent_s for m in lost) < 924.6
+    assert min(m.sent_s for m in later) == pytest.approx(930.0)
+    assert {p.topic for p in records(result, PacketEnded)} == {"syn"}
+    (total,) = [row for row in message_ledger(messages) if row.topic == ALL]
+    assert total.reasons == f"no_connection {len(lost)}"
+
+
+@pytest.mark.parametrize("heartbeat", ["state", "hash"])
+def test_what_nobody_repeats_is_lost_and_a_heartbeat_brings_it_back(go, laws, heartbeat):
+    """A request that the downlink loses is shown by the whole state, told or asked for; then it is answered."""
+    changes = {key.replace(".", "__"): value for key, value in LOSSY.items()}
+    result = go(f"told-{heartbeat}", link__delivery="best_effort", link__heartbeat=heartbeat, **changes)
+    clean = go("clean")
+    assert result.outcome == clean.outcome == "completed", result.cause
+    rest_s = result.completion_time_s - math.fsum(round_trips_s(result))
+    assert rest_s == pytest.approx(clean.completion_time_s - math.fsum(round_trips_s(clean)), abs=1e-6)
+    packets = sorted((p for p in records(result, PacketEnded) if p.direction == "down"), key=lambda p: p.packet)
+    asking = [p for p in packets if p.topic == "request"]
+    answered_s = {r.request: r.t_s for r in records(result, Released) if r.effect == "answered"}
+    told_s = [(p.sent_s, p.arrived_s) for p in packets if p.topic == "sync_state" and p.outcome == "delivered"]
+    lost = [
+        (p, answered_s[r.request])
+        for p, r in zip(asking, records(result, Requested), strict=True)
+        if p.outcome == "dropped"
+    ]
+    assert lost
+    for p, answer_s in lost:
+        assert p.reason == "lost"
+        known_s = min(arrived_s for sent_s, arrived_s in told_s if sent_s >= p.sent_s)
+        # Back go the delay, a header and a byte at least.
+        assert answer_s > known_s + DELAY_S + 8 * (HEADER_BYTES + 1) / UP_BPS
+    assert laws.broken_laws(load(result.log).records()) == []
+
+
+def test_a_downlink_that_goes_dark_for_ever_leaves_the_run_where_it_asked(go, laws):
+    dark_s, limit_s = 100.0, 200.0
+    changes = {"link__down__blackouts": [[dark_s, math.inf]], "time_limit_s": limit_s}
+    result = go("dark", link__delivery="best_effort", **changes)
+    (last,) = [r for r in records(result, Requested) if r.t_s > dark_s]
+    assert result.outcome == "censored"
+    assert result.cause.startswith(f"time limit of 200 s reached in {last.state}, ")
+    assert last.request not in {r.request for r in records(result, Released)}
+    # It and the heartbeats of 100 s wait for light.
+    down = [p for p in records(result, PacketEnded) if p.direction == "down" and p.sent_s >= dark_s]
+    assert {p.outcome for p in down} == {"in_flight"}
+    assert {"request", "sync_state"} <= {p.topic for p in down}
     assert laws.broken_laws(load(result.log).records()) == []
 
 

@@ -7,6 +7,8 @@
     │   └── UnknownName            something is not registered
     ├── LogDamaged (ValueError)    a log cannot be read at all
     ├── BadMessage (ValueError)    bytes or text that are no message          (channel/codec.py)
+    ├── BadSnapshot (ValueError)   bytes that are no state of a machine       (machines/sync.py)
+    ├── BadPatch (ValueError)      a change that a machine cannot take        (machines/modify.py)
     └── LinkClosed (RuntimeError)  something was sent after the run's end     (channel/link.py)
 
 Every field is in ``args``: SimPy rebuilds a failed event's exception as ``type(e)(*e.args)`` and so does pickle.

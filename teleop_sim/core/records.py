@@ -28,6 +28,8 @@ Emit = Callable[[Record], None]
 _R = TypeVar("_R", bound=Record)
 RECORDS: dict[str, type[Record]] = {}
 """Topic to record type."""
+LATE_TOPICS = frozenset({"link/message"})
+"""Topics that a log declares with their first record only: a log without any has no trace of them."""
 
 
 @dataclass_transform(frozen_default=True)
@@ -97,6 +99,38 @@ class PacketEnded(Record):
     text: str
     retransmission_s: float = 0.0
     priority: int = 0
+
+
+@record("link/message")
+class MessageEnded(Record):
+    """The fate of one message whose delivery repeats or acknowledges, written when it is known. Best effort has none.
+
+    Each copy of it is a packet of its own (``link/packet``). ``number``: of the message among those of its direction,
+    from 0. ``outcome``: ``delivered`` (the other site's application got it), ``dropped`` (it never will; see
+    ``reason``) or ``in_flight`` (the run ended first). ``sent_s`` is when the application handed it over,
+    ``delivered_s`` when the other one got it (NaN: never). ``copies``: offered to the link, in all its parts.
+
+    The five waits add up to ``delivered_s - sent_s``; of others to the time until the sender gave up or the run ended.
+    ``queue_s``: light time behind others or kept back by its sender; ``blackout_s``: dark; ``serialisation_s``: bits of
+    the copy that arrived; ``propagation_s``: that copy in the air, and held by the receiver for order or for other
+    parts; ``retransmission_s``: copies in vain. ``text`` says what it meant; it is not sent.
+    """
+
+    direction: str
+    number: int
+    topic: str
+    payload_bytes: int
+    sent_s: float
+    delivered_s: float
+    queue_s: float
+    blackout_s: float
+    serialisation_s: float
+    propagation_s: float
+    retransmission_s: float
+    copies: int
+    outcome: str
+    reason: str
+    text: str
 
 
 @record("link/blackout")

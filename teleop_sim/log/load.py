@@ -113,6 +113,11 @@ class Log:
         return self._frame("link/packet")
 
     @cached_property
+    def messages(self) -> pd.DataFrame:
+        """One row a message whose delivery repeats or acknowledges; columns of ``MessageEnded``."""
+        return self._frame("link/message")
+
+    @cached_property
     def transitions(self) -> pd.DataFrame:
         """One row a transition of the machine, self-loops too; columns of ``TransitionTaken``."""
         return self._frame("machine/transition")

@@ -1,7 +1,7 @@
 """Write one run's records to one MCAP file, aside first and renamed when finished.
 
-The file is a pure function of the records: fixed names in the header, channels in a fixed order, one thread and no
-wall clock.
+The file is a pure function of the records: fixed names in the header, channels in a fixed order (those of
+``LATE_TOPICS`` behind, when they are first used), one thread and no wall clock.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import IO, Any
 from mcap.writer import CompressionType, Writer
 
 from teleop_sim.core.errors import BadInput, Problem
-from teleop_sim.core.records import RECORDS, Record, RunStarted
+from teleop_sim.core.records import LATE_TOPICS, RECORDS, Record, RunStarted
 from teleop_sim.log.scan import scan
 from teleop_sim.log.schema import SCHEMAS, Schema
 
@@ -47,7 +47,7 @@ class LogWriter:
         self.part = self.path.with_name(self.path.name + ".part")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         # Messages wait here for their chunk: an interruption between two appends leaves nothing half done.
-        self._waiting: list[tuple[int, int, int, bytes]] = []
+        self._waiting: list[tuple[str, int, int, bytes]] = []
         self._waiting_bytes = 0
         self._count = 0
         self._flushed_s = 0.0
@@ -72,7 +72,7 @@ class LogWriter:
         if topic is None:
             raise TypeError(f"{type(record).__name__} is no registered record; declare it with @record(topic)")
         data = SCHEMAS[topic].encode(record)
-        self._waiting.append((self._channels[topic], self._count + 1, round(record.t_s * 1e9), data))
+        self._waiting.append((topic, self._count + 1, round(record.t_s * 1e9), data))
         self._count += 1
         self._waiting_bytes += len(data) + _MESSAGE_HEADER_BYTES
         late = record.t_s - self._flushed_s >= FLUSH_S
@@ -121,7 +121,8 @@ class LogWriter:
         self._mcap: Any
         self._mcap = Writer(self._stream, chunk_size=1 << 62, compression=CompressionType.ZSTD)
         self._mcap.start(profile=PROFILE, library=PROFILE)
-        self._channels = {topic: _register(self._mcap, schema) for topic, schema in SCHEMAS.items()}
+        early = ((topic, schema) for topic, schema in SCHEMAS.items() if topic not in LATE_TOPICS)
+        self._channels = {topic: _register(self._mcap, schema) for topic, schema in early}
         self._mcap.flush()
 
     def _finish_chunk(self) -> None:
@@ -129,8 +130,10 @@ class LogWriter:
             return
         self._cut_here = True
         with self._named():
-            for channel, sequence, time_ns, data in self._waiting:
-                self._mcap.add_message(channel, time_ns, data, time_ns, sequence)
+            for topic, sequence, time_ns, data in self._waiting:
+                if topic not in self._channels:
+                    self._channels[topic] = _register(self._mcap, SCHEMAS[topic])
+                self._mcap.add_message(self._channels[topic], time_ns, data, time_ns, sequence)
             self._mcap.flush()
         self._waiting.clear()
         self._waiting_bytes = 0
@@ -157,7 +160,7 @@ class LogWriter:
     def _write_again(self) -> None:
         """Start the file again from its whole chunks and what still waits: the chunk under way was cut."""
         self._stream.close()
-        kept = [(self._channels[m.topic], m.sequence, m.time_ns, m.data) for m in scan(self.part.read_bytes()).messages]
+        kept = [(m.topic, m.sequence, m.time_ns, m.data) for m in scan(self.part.read_bytes()).messages]
         last = kept[-1][1] if kept else 0
         self._waiting = kept + [message for message in self._waiting if message[1] > last]
         self._open(self.path.with_name(self.path.name + ".again"))

@@ -28,6 +28,7 @@ from teleop_sim.channel.delivery import (
     Fate,
     SelectiveRepeat,
     StopAndWait,
+    Tcp,
 )
 from teleop_sim.channel.fates import Book
 from teleop_sim.channel.halves import Receiver, Sender
@@ -406,3 +407,69 @@ def test_deliveries_that_cannot_work_are_refused(make, field_name, value):
 def test_windows_that_would_confuse_numbers_are_refused(window):
     with pytest.raises(BadInput, match="messages on their way"):
         SelectiveRepeat(window)
+
+
+# A loss of 1 is refused; of 1e5 packets one in ten million runs gets one through.
+DEAD = Bernoulli(1.0 - 1e-12)
+FINITE = {
+    "best_effort": BestEffort(),
+    "stop_and_wait": StopAndWait(tries=3),
+    "selective_repeat": SelectiveRepeat(2, tries=3),
+    "custody": Custody(2, tries=3),
+    "tcp": Tcp(give_up_s=100.0),
+}
+
+
+@pytest.mark.parametrize("name", sorted(DELIVERIES))
+def test_who_gives_up_some_time_lets_the_clock_end_over_a_dead_link(talk, name):
+    s = talk.story(FINITE[name], lose_up=DEAD)
+    for _ in range(2):
+        s.link.station.send("chat", b"x")
+    s.until()
+    assert [f.outcome for f in s.fates] == ["gave_up"] * 2
+    # 64 skips and a few copies, each with its time-out of 24 s.
+    assert s.env.now < 70 * 24.0
+
+
+@pytest.mark.parametrize("by", [StopAndWait(tries=math.inf), SelectiveRepeat(tries=math.inf), Custody()])
+def test_who_never_gives_up_goes_on_for_ever_over_a_dead_link(talk, by):
+    s = talk.story(by, lose_up=DEAD)
+    s.link.station.send("chat", b"x")
+    s.until(1e5)
+    assert s.env.peek() < 1e5 + 60.0
+    assert [f.outcome for f in s.fates] == ["in_flight"]
+
+
+def test_a_skip_that_rests_goes_on_with_the_next_message(talk):
+    # The message and all its 64 skips are lost, then nothing more.
+    s = talk.story(SelectiveRepeat(8, timeout_s=30.0, tries=1), lose_up=talk.These(*range(65)))
+    s.link.station.send("chat", b"a")
+    s.env.run()
+    assert len(s.sent("up")) == 65
+    s.link.station.send("chat", b"b")
+    s.env.run()
+    s.link.close()
+    assert s.site.payloads == [b"b"]
+    assert [(f.number, f.outcome) for f in s.fates] == [(0, "gave_up"), (1, "delivered")]
+    assert len(s.sent("up")) == 67
+
+
+def test_under_newest_no_acknowledgement_stands_for_another(talk):
+    # Three messages arrive within 1.5 s; each acknowledgement takes 3 s and the robot's state 8 s: they wait for each
+    # other, and of the states the newest remains.
+    down = DirectionSettings(8.0, 10.0, discipline="newest")
+    s = talk.story(SelectiveRepeat(timeout_s=1000.0), down=down)
+    for name in (b"a", b"b", b"c"):
+        s.link.station.send("chat", name)
+    s.env.run(until=10.0)
+    for i in range(4):
+        s.link.site.send("state", bytes([i]) * 7)
+    s.until(900.0)
+    assert [p.text for p in s.numbered("down") if p.topic == "ack" and p.outcome == "delivered"] == [
+        "ack 0",
+        "ack 1",
+        "ack 2",
+    ]
+    assert s.sent("up") == [0.0, 0.0, 0.0]
+    assert [data[0] for data in s.station.payloads] == [0, 3]
+    assert [p.reason for p in s.numbered("down") if p.topic == "state"] == ["", "superseded", "superseded", ""]

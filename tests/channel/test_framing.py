@@ -44,8 +44,6 @@ def test_headers_are_the_cited_ones():
     # IPv4 20 (RFC 791), UDP 8 (RFC 768), TCP 20 (RFC 9293), TCP time stamps 12 (RFC 7323).
     headers = {name: framing.header_bytes for name, framing in FRAMINGS.items()}
     assert headers == {"raw": 0, "udp_ip": 20 + 8, "tcp_ip": 20 + 20, "tcp_ip_timestamps": 20 + 20 + 12, "chat": 40}
-    acks = {name: framing.ack_bytes for name, framing in FRAMINGS.items()}
-    assert acks == {"raw": 0, "udp_ip": 0, "tcp_ip": 40, "tcp_ip_timestamps": 52, "chat": 40}
 
 
 def test_closed_forms_of_fragments():
@@ -64,8 +62,8 @@ def test_a_chat_line_pays_its_line_end_once():
 @pytest.mark.parametrize(
     ("make", "wrong"),
     [
-        (lambda: Framing(-1, -1, -1, -1), ["header_bytes", "mtu_bytes", "handshake_round_trips", "ack_bytes"]),
-        (lambda: Framing(1.5, 1500, 0, math.nan), ["header_bytes", "ack_bytes"]),
+        (lambda: Framing(-1, -1), ["header_bytes", "mtu_bytes"]),
+        (lambda: Framing(1.5, 1500), ["header_bytes"]),
         (lambda: Framing(40, 40), ["mtu_bytes"]),
     ],
 )

@@ -109,7 +109,8 @@ def assert_no_time_travel(done):
     """Nothing comes before its bits at the best rate and the least delay allow, or after the end, or from the dark."""
     link = done.link.settings
     fastest_bps = max((rate_bps for _, rate_bps in link.rates), default=link.rate_bps)
-    least_s = max(0.0, link.delay_s + link.jitter.least_s)
+    least_delay_s = min((delay_s for _, delay_s in link.delays), default=link.delay_s)
+    least_s = max(0.0, least_delay_s + link.jitter.least_s)
     for p in done.packets:
         assert p.sent_s <= p.t_s <= done.until_s
         assert p.outcome == "delivered" or math.isnan(p.arrived_s)
@@ -172,7 +173,8 @@ def test_a_plain_link_conserves_packets_keeps_their_order_and_never_hurries(link
 
 
 # Times that cannot tie: offers come at multiples of pi/8 s, blackouts begin and end at multiples of e/8 s, rates change
-# at multiples of sqrt(2)/8 s, and bits take rational times. Which of two events of one instant is first is not a law.
+# at multiples of sqrt(2)/8 s, delays at multiples of sqrt(3)/8 s, and bits take rational times. Which of two events of
+# one instant is first is not a law.
 def untied(step_s):
     return st.integers(1, 200).map(lambda n: n * step_s / 8.0)
 
@@ -189,6 +191,12 @@ def rate_schedules(draw):
     return tuple((t_s, draw(whole_rates)) for t_s in (0.0, *times))
 
 
+@st.composite
+def delay_schedules(draw):
+    times = sorted(draw(st.sets(untied(math.sqrt(3.0)), max_size=4)))
+    return tuple((t_s, draw(st.floats(6.0, 30.0))) for t_s in (0.0, *times))
+
+
 radio_limits = {
     "queue_limit": st.integers(0, 4),
     "discipline": st.sampled_from(tuple(DISCIPLINES)),
@@ -202,6 +210,7 @@ jitters = st.sampled_from(
 losses = st.sampled_from((NoLoss(), Bernoulli(0.3), GilbertElliott(0.2, 0.4, 0.9)))
 any_radio = {
     **radio_limits,
+    "delays": st.one_of(st.just(()), delay_schedules()),
     "header_bytes": st.sampled_from((0, 28, 40)),
     "jitter": jitters,
     "reorder": st.booleans(),
@@ -308,7 +317,7 @@ class Loop:
         self.link, self.traffic = link, traffic
         self.rates = link.rates or ((0.0, link.rate_bps),)
         self.loss_rng, jitter_rng = np.random.default_rng(seed).spawn(2)
-        self.flights_s = [link.delay_s + link.jitter.draw_s(jitter_rng) for _ in traffic]
+        self.jitters_s = [link.jitter.draw_s(jitter_rng) for _ in traffic]
         self.parts = [fragments_of(offer.size + 2, link) for offer in traffic]
         self.bits = [sum(parts) for parts in self.parts]
         self.sent_s = np.cumsum([offer.gap_s for offer in traffic]).tolist()
@@ -378,13 +387,18 @@ class Loop:
         if self.parts[head]:
             self.waiting.append(head)
         else:
-            self.land(head, until_s + self.flights_s[head])
+            self.land(head, until_s + self.flight_s(head, until_s))
         return until_s
+
+    def flight_s(self, i, out_s):
+        """How long a bit that goes out then is in the air: the delay set last."""
+        past = [delay_s for from_s, delay_s in self.link.delays if from_s <= out_s]
+        return (past[-1] if past else self.link.delay_s) + self.jitters_s[i]
 
     def doom(self, i, from_s, until_s):
         """A fragment is out: does anything happen to it on its way?"""
         self.bad, lost = self.link.loss.step(self.bad, self.loss_rng)
-        in_air_s = until_s + self.flights_s[i]
+        in_air_s = until_s + self.flight_s(i, until_s)
         if self.link.on_dark_flight == "lose" and any(from_s < t_s < in_air_s for t_s, _ in self.link.blackouts):
             self.doomed.setdefault(i, "blackout")
         if lost:

@@ -45,7 +45,7 @@ def test_an_image_is_smaller_at_lower_quality_and_size_and_the_same_twice():
     assert len(poor.encode()) < len(full.encode())
     assert len(small.encode()) < len(full.encode())
     assert full == encode_image(ramp(), 80, 60, 80)
-    assert len(full.encode()) == 1 + len(full.jpeg)
+    assert len(full.encode()) == 1 + len(full.coded)
 
 
 @pytest.mark.parametrize("encode", [encode_image, encode_webp])
@@ -65,13 +65,13 @@ def test_a_damaged_picture_is_a_picture_or_bad(encode, data):
 
 
 def test_a_header_that_promises_gigapixels_is_bad():
-    jpeg = encode_image(ramp(), 32, 24, 50).jpeg
+    jpeg = encode_image(ramp(), 32, 24, 50).coded
     with pytest.raises(BadMessage, match="no sound JPEG"):
         Image(65535, 65535, jpeg.replace(b"\x00\x18\x00\x20", b"\xff\xff\xff\xff"))
 
 
 def test_a_webp_header_that_promises_gigapixels_is_bad():
-    webp = encode_webp(ramp(), 32, 24, 50).webp
+    webp = encode_webp(ramp(), 32, 24, 50).coded
     with pytest.raises(BadMessage, match="a WebP of 16383 x 16383 px"):
         WebpImage(16383, 16383, webp.replace(b"\x20\x00\x18\x00", b"\xff\x3f\xff\x3f"))
 

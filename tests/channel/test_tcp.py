@@ -228,7 +228,7 @@ def test_a_dead_link_is_given_up_at_the_given_time_and_the_clock_ends(talk):
     s.link.station.send("chat", b"y")
     s.until()
     assert s.news == [(100.0, 0, False), (100.0, 1, False)]
-    assert [(f.outcome, f.reason, f.ended_s, f.tries) for f in s.fates] == [("gave_up", "gave_up", 100.0, 0)] * 2
+    assert [(f.outcome, f.reason, f.ended_s, f.tries) for f in s.fates] == [("gave_up", "no_connection", 100.0, 0)] * 2
     # The alarm that the end made needless is the last event: RFC 6298 waits a minute at most.
     assert s.env.now <= 160.0
 
@@ -302,6 +302,24 @@ def test_directions_with_too_short_fragments_are_refused(talk):
     with pytest.raises(BadInput, match=r"fragments of 40 bytes[\s\S]*fragments of 39 bytes") as refused:
         talk.story(Tcp(), replace(UP, mtu_bytes=40), replace(DOWN, mtu_bytes=39))
     assert [p.hint for p in refused.value.problems] == ["Give 41 or more, or 0.", "Give 40 or more, or 0."]
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_a_direction_that_charges_tcp_s_headers_already_is_refused(talk, way):
+    ways = {"up": UP, "down": DOWN}
+    ways[way] = replace(ways[way], header_bytes=40)
+    with pytest.raises(BadInput, match="header_bytes: 40 bytes and TCP's and IP's own 40"):
+        talk.story(Tcp(), **ways)
+    # Ethernet's 14 and 24 of a tunnel are below IP.
+    ways[way] = replace(ways[way], header_bytes=38)
+    talk.story(Tcp(), **ways)
+
+
+def test_a_connection_that_was_open_and_fails_is_no_missing_connection(talk):
+    s = talk.story(Tcp(give_up_s=100.0, open_at_start=True), UP, DOWN, lose_up=talk.These(*range(1000)))
+    s.link.station.send("chat", b"x")
+    s.until()
+    assert [(f.outcome, f.reason) for f in s.fates] == [("gave_up", "gave_up")]
 
 
 def test_the_timer_is_that_of_the_standard():
@@ -378,3 +396,13 @@ def test_sequence_numbers_wrap(talk):
 
 def test_the_registry_has_it():
     assert DELIVERIES["tcp"] is Tcp
+
+
+@pytest.mark.parametrize(("give_up_s", "outcome"), [(924.6, "gave_up"), (math.inf, "delivered")])
+def test_a_handshake_over_mars_takes_more_patience_than_usual(talk, give_up_s, outcome):
+    # 12.5 minutes each way: the answer to the SYN comes after 1500 s.
+    mars = DirectionSettings(math.inf, 750.0)
+    s = talk.story(Tcp(give_up_s=give_up_s), mars, mars)
+    s.link.station.send("chat", b"x")
+    s.until()
+    assert [(f.outcome, f.reason) for f in s.fates] == [(outcome, "no_connection" if outcome == "gave_up" else "")]

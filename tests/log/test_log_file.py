@@ -18,8 +18,10 @@ from mcap.writer import Writer
 
 from teleop_sim.core.errors import BadInput, LogDamaged
 from teleop_sim.core.records import (
+    LATE_TOPICS,
     RECORDS,
     Blackout,
+    MessageEnded,
     PlantNames,
     PlantSample,
     Record,
@@ -62,7 +64,7 @@ def any_record(cls):
 
 
 def a_run(n=3000):
-    """Records of about 300 kB: some five chunks."""
+    """Records of about 300 kB: some five chunks; a late topic from the middle on."""
     rng = np.random.default_rng(3)
     yield STARTED
     yield PlantNames(0.0, "leftKneePitch rightKneePitch")
@@ -71,7 +73,18 @@ def a_run(n=3000):
         yield PlantSample(t_s, tuple(rng.normal(size=7)), tuple(rng.normal(size=2)))
         if i % 10 == 0:
             yield Waited(t_s, max(t_s - 1.0, 0.0), "STATE_INIT", "pacing", f"poll {i}")
+        if i % 20 == 0 and i >= n // 2:
+            yield MessageEnded(t_s, "up", i, "chat", 18, 0.0, t_s, *[0.0] * 5, 1, "delivered", "", "")
     yield ENDED
+
+
+def test_a_topic_that_came_late_leaves_no_trace_in_a_log_without_it(tmp_path):
+    """Logs of runs without such records keep the bytes that they had before the topic was invented."""
+    others = [r for r in a_run(300) if not isinstance(r, MessageEnded)]
+    assert all(topic.encode() not in written(tmp_path / "a.mcap", others).read_bytes() for topic in LATE_TOPICS)
+    with (tmp_path / "a.mcap").open("rb") as stream:
+        topics = [c.topic for c in make_reader(stream).get_summary().channels.values()]
+    assert topics == [topic for topic in sorted(RECORDS) if topic not in LATE_TOPICS]
 
 
 def written(path, records):
@@ -133,7 +146,8 @@ def test_the_stock_reader_reads_it(tmp_path):
         assert reader.get_header().library == "teleop-sim"
     assert [m.sequence for _, _, m in messages] == list(range(1, len(records) + 1))
     assert [m.log_time for _, _, m in messages] == [round(r.t_s * 1e9) for r in records]
-    assert [c.topic for c in summary.channels.values()] == sorted(RECORDS)
+    # Late topics come behind, where they are first used.
+    assert [c.topic for c in summary.channels.values()] == sorted(RECORDS, key=lambda t: (t in LATE_TOPICS, t))
     assert all(s.encoding == "protobuf" for s in summary.schemas.values())
 
 

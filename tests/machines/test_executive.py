@@ -5,79 +5,12 @@ from __future__ import annotations
 from dataclasses import astuple
 
 import pytest
-import simpy
+from scripted_site import REST_S, Site
 
 from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import ModeChanged, Released, Requested, TransitionTaken
 from teleop_sim.machines.declare import FELL, INHERIT, Counter, Edge, Machine, Row, State
-from teleop_sim.machines.executive import Executive
-from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.src_dish import src_dish
-
-REST_S = 0.25  # time that a scripted robot needs to come to rest
-
-
-class Site:
-    """A field site whose programs follow a script: state to list of (seconds, signal); the last entry repeats."""
-
-    def __init__(self, machine, script, level=3, answer_s=None):
-        self.env = simpy.Environment()
-        self.script = {state: list(steps) for state, steps in script.items()}
-        self.records, self.heard, self.started, self.interrupted = [], [], [], []
-        self.answer_s = answer_s
-        self.mirror = Mirror(machine, level)
-        self.executive = Executive(self.env, machine, level, self.start, self, self.records.append)
-
-    def start(self, state):
-        self.started.append((self.env.now, state))
-        return self.env.process(self._program(state))
-
-    def _program(self, state):
-        steps = self.script[state]
-        seconds, signal = steps.pop(0) if len(steps) > 1 else steps[0]
-        try:
-            yield self.env.timeout(seconds)
-        except simpy.Interrupt as why:
-            self.interrupted.append((self.env.now, str(why.cause)))
-            yield self.env.timeout(REST_S)
-            return ("stopped", "")
-        return (signal, f"after {seconds} s")
-
-    def transition(self, edge, state, event, next_state):
-        self.heard.append((self.env.now, edge, state, event, next_state))
-        self.mirror.apply(edge)
-
-    def mode(self, mode):
-        self.mirror.mode_is(mode)
-
-    def level(self, level):
-        self.mirror.level_is(level)
-
-    def request(self, request, kind, state, event):
-        self.mirror.request(request, kind, state, event)
-        if self.answer_s is not None and kind == "confirm":
-            self.at(self.env.now + self.answer_s, lambda: self.executive.confirm(request))
-
-    def line(self, text):
-        self.heard.append((self.env.now, text))
-
-    def at(self, when_s, act):
-        def later():
-            yield self.env.timeout(when_s - self.env.now)
-            act()
-
-        self.env.process(later())
-
-    def run(self, until_s=10_000.0):
-        self.process = self.env.process(self.executive.run())
-        self.env.run(until=simpy.AnyOf(self.env, [self.process, self.env.timeout(until_s)]))
-        return self.process.value if self.process.triggered else None
-
-    def of(self, kind):
-        return [r for r in self.records if isinstance(r, kind)]
-
-    def events(self):
-        return [r.event for r in self.of(TransitionTaken)]
 
 
 def chain(thresholds):
@@ -120,8 +53,8 @@ def test_an_outcome_passes_by_itself_iff_its_threshold_is_below_the_level(level)
     assert result.outcome == "completed"
     assert result.round_trips == len(site.of(Requested)) == 4 - level
     assert [r.waited_s for r in site.of(TransitionTaken)] == [0.0 if t < level else 5.0 for t in thresholds]
-    assert site.mirror.state == "end"
-    assert site.mirror.in_step
+    table = site.executive.machine.table
+    assert table[site.told("transition")[2]].next_state == site.executive.state == "end"
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 3.0, 20.0])
@@ -137,7 +70,7 @@ def test_the_end_is_later_by_the_delay_of_each_round_trip(delay_s):
 
 def nominal():
     """The shortest way through the dish task."""
-    done = {e.state: e.event for e in reversed(src_dish().edges) if e.kind == "done" and e.raised_by == "code"}
+    done = {e.state: e.event for e in reversed(src_dish().table) if e.kind == "done" and e.raised_by == "code"}
     return {state: [(0.5, event)] for state, event in done.items()}
 
 
@@ -210,7 +143,7 @@ def test_modes_follow_the_counts():
     assert site.events() == ["retry", "retry", "failed", "again", "done"]
     assert [r.mode for r in site.of(TransitionTaken)] == ["normal", "auto", "auto", "manual", "manual"]
     assert [r.mode for r in site.of(ModeChanged)] == ["auto", "manual"]
-    assert site.mirror.mode == "manual"
+    assert site.told("mode")[2] == "manual"
 
 
 def test_a_success_ends_auto_mode():
@@ -326,7 +259,7 @@ def test_a_level_that_is_high_enough_lets_the_suggested_event_pass():
     assert (taken.t_s, taken.how, taken.level, taken.waited_s) == (4.0, "autonomous", 3, 3.0)
     assert result.round_trips == 0
     assert [r.effect for r in site.of(Released)] == ["level", "level"]
-    assert site.mirror.level == 3
+    assert site.told("level")[2] == 3
 
 
 def test_a_level_that_falls_holds_the_next_outcome():
@@ -341,7 +274,7 @@ def test_the_manual_state_waits_for_ever():
     site = Site(worker(0), {"work": [(1.0, "retry")]})
     assert site.run(until_s=500.0) is None
     assert [(r.kind, r.event) for r in site.of(Requested)] == [("manual", "")]
-    assert site.mirror.asked is not None
+    assert site.told("request")[2] == 1
     site.executive.confirm(1)
     assert site.of(Released)[-1].effect == "ignored"
 
@@ -377,20 +310,3 @@ def test_the_same_script_gives_the_same_records():
         return [(type(r).__name__, astuple(r)) for r in site.records]
 
     assert once() == once()
-
-
-def test_a_mirror_that_missed_something_says_so():
-    machine = src_dish()
-    mirror = Mirror(machine, 3)
-    mirror.apply(machine.edge_index("STATE_PRE_INIT", "/GOTO_STATE_INIT"))
-    assert (mirror.state, mirror.in_step) == ("STATE_INIT", True)
-    mirror.apply(machine.edge_index("STATE_DETECT_PANEL_COARSE", "/DETECTED_PANEL"))
-    assert (mirror.state, mirror.in_step, mirror.gaps) == ("STATE_WALK_TO_SEE_PANEL", False, 1)
-    assert "STATE_INIT" in mirror.doubt
-    mirror.request(4, "confirm", "STATE_WALK_TO_SEE_PANEL", "/REACHED_PANEL")
-    assert mirror.in_step
-    assert mirror.asked is not None
-    mirror.apply(200)
-    assert not mirror.in_step
-    mirror.request(5, "confirm", "STATE_INIT", "/REACHED_PANEL")
-    assert mirror.gaps == 3

@@ -45,9 +45,9 @@ GOOD = {
 
 def test_the_dish_machine_has_the_published_size():
     machine = src_dish()
-    assert (len(machine.states), len(machine.edges)) == (18, 63)
+    assert (len(machine.states), len(machine.table)) == (18, 63)
     names = set(machine.state_names)
-    assert all({e.state, e.next_state} <= names for e in machine.edges)
+    assert all({e.state, e.next_state} <= names for e in machine.table)
     assert [s.name for s in machine.states if s.manual] == ["STATE_ERROR"]
 
 
@@ -56,13 +56,13 @@ def test_attempts_before_exit_are_wpis():
 
 
 def test_at_full_all_that_code_raises_passes_and_at_off_only_inherit():
-    for edge in src_dish().edges:
+    for edge in src_dish().table:
         assert edge.passes(Autonomy.FULL) == (edge.raised_by == "code")
         assert edge.passes(Autonomy.OFF) == (edge.threshold == INHERIT) == edge.event.endswith("_EXECUTING")
 
 
 def test_each_level_lets_more_pass():
-    passing = [sum(e.passes(level) for e in src_dish().edges) for level in Autonomy]
+    passing = [sum(e.passes(level) for e in src_dish().table) for level in Autonomy]
     assert passing == sorted(passing)
     assert len(set(passing)) == len(Autonomy)
 
@@ -79,8 +79,8 @@ def test_the_eight_tuple_says_the_same_as_the_table():
     assert len(found) == 8
     assert found.states == machine.state_names
     assert found.start == "STATE_PRE_INIT"
-    assert dict(found.transitions) == {(e.state, e.event): e.next_state for e in machine.edges}
-    assert {e.event for e in machine.edges} | {"!timed_out", "!pitch_disturbed", FELL} == set(found.symbols)
+    assert dict(found.transitions) == {(e.state, e.event): e.next_state for e in machine.table}
+    assert {e.event for e in machine.table} | {"!timed_out", "!pitch_disturbed", FELL} == set(found.symbols)
     assert len(found.triggers) == len(found.updates) == len(ATTEMPTS)
     assert len(found.actions) == 16
     # b and c for each state, one count for each row and one more for each of the three two-stage rows, h.
@@ -89,7 +89,7 @@ def test_the_eight_tuple_says_the_same_as_the_table():
 
 def test_an_edge_is_found_by_its_place():
     machine = src_dish()
-    for place, edge in enumerate(machine.edges):
+    for place, edge in enumerate(machine.table):
         assert machine.edge_index(edge.state, edge.event) == place < 256
         assert machine.edge(edge.state, edge.event) is edge
     with pytest.raises(UnknownName, match="Did you mean '/REGULAR'"):
@@ -105,7 +105,7 @@ def test_an_edge_is_found_by_its_place():
         ({"edges": (Edge("a", "go", "c", 0),)}, "unknown name 'c'"),
         ({"edges": (Edge("a", "go", "b", 4),)}, "threshold 4"),
         ({"edges": (Edge("a", "go", "b", -2),)}, "threshold -2"),
-        ({"edges": (Edge("a", "go", "b", -1),)}, "Inherit (-1) is for kind executing alone"),
+        ({"edges": (Edge("a", "go", "b", -1),)}, "Inherit (-1) is for containers"),
         ({"edges": (Edge("a", "go", "b", -1, "executing"),)}, "Only a self-loop"),
         ({"edges": (Edge("a", "go", "a", 0),)}, "no way out"),
         ({"states": (State("a", "a"), State("b"), State("c", "c"))}, "unreachable"),
@@ -113,9 +113,9 @@ def test_an_edge_is_found_by_its_place():
         ({"states": (State("a"), State("b"))}, "nothing runs in it"),
         ({"states": (State("a", "a", (Row("go", (Counter(-1, "go"),), "off"),)), State("b"))}, "limit -1"),
         ({"states": (State("a", "a", (Row("go", (), "go"), Row("go", (), "go"))), State("b"))}, "two rows"),
-        ({"ends": frozenset()}, "Name at least one state"),
+        ({"ends": frozenset()}, "Name a state in which the machine stops"),
         ({"start": "z"}, "unknown name 'z'"),
-        ({"edges": tuple(Edge("a", str(i), "b", 0) for i in range(257))}, "one byte"),
+        ({"edges": tuple(Edge("a", str(i), "b", 0) for i in range(65536))}, "two bytes"),
     ],
 )
 def test_a_bad_machine_is_refused(change, says):

@@ -16,11 +16,12 @@ from teleop_sim.channel.messages import (
     MirrorUpdate,
     ModeIs,
     Request,
+    Withdrawn,
     decode_payload,
     encode_message,
 )
 from teleop_sim.core.records import OperatorActed, Record, Released, Requested
-from teleop_sim.machines.executive import Executive, Result
+from teleop_sim.machines.executive import Executive, Result, Start
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.operators.supervisor import Briefing, Supervisor
@@ -42,8 +43,8 @@ class Site:
     down: Direction | None = None
     failing: str = ""
 
-    def start_program(self, state: str) -> simpy.Process:
-        return self.env.process(self._program(state))
+    def start_program(self, start: Start) -> simpy.Process:
+        return self.env.process(self._program(start.path))
 
     def _program(self, state: str):
         for _ in range(LINES):
@@ -52,14 +53,14 @@ class Site:
         kind = "done"
         if state == self.failing:
             self.failing, kind = "", "failed"
-        return next(e.event for e in DISH.outcomes(state) if e.kind == kind), ""
+        return next(e.event for e in DISH.outcomes_of(state) if e.kind == kind), ""
 
     def _tell(self, message) -> None:
         self.down.send(*encode_message(message))
 
     # What the executive says, as messages
 
-    def transition(self, edge: int, *_: str) -> None:
+    def transition(self, edge: int) -> None:
         self._tell(MirrorUpdate(edge))
 
     def mode(self, mode: str) -> None:
@@ -68,8 +69,11 @@ class Site:
     def level(self, level: int) -> None:
         self._tell(LevelIs(level))
 
-    def request(self, request: int, kind: str, state: str, event: str) -> None:
-        self._tell(Request(request, kind, DISH.state_names.index(state), DISH.events.index(event) if event else 0))
+    def request(self, request: int, kind: str, node: int, edge: int) -> None:
+        self._tell(Request(request, kind, node, edge))
+
+    def withdrawn(self, request: int) -> None:
+        self._tell(Withdrawn(request))
 
     def line(self, text: str) -> None:
         self._tell(LogLine(float(self.env.now), text))

@@ -16,13 +16,18 @@ from teleop_sim.channel.messages import (
     MirrorUpdate,
     ModeIs,
     Request,
+    SyncRequest,
+    SyncState,
+    Withdrawn,
     decode_payload,
     encode_image,
     encode_message,
 )
 from teleop_sim.core.records import OperatorActed, Record
 from teleop_sim.machines.mirror import Mirror
+from teleop_sim.machines.net import Configuration
 from teleop_sim.machines.src_dish import src_dish
+from teleop_sim.machines.sync import Asked, Snapshot
 from teleop_sim.operators.policies import POLICIES
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.timing import OperatorTiming, load_timing
@@ -36,10 +41,11 @@ STATE, EVENT = "STATE_DETECT_PANEL_COARSE", "/DETECTED_PANEL"
 
 @dataclass
 class Station:
-    """A supervisor on a clock, with a drawer for what it sends."""
+    """A supervisor on a clock, with a drawer for what the person sends and one for what the software asks for."""
 
     env: simpy.Environment = field(default_factory=simpy.Environment)
     sent: list[tuple[float, Message]] = field(default_factory=list)
+    syncs: list[float] = field(default_factory=list)
     records: list[Record] = field(default_factory=list)
     timing: OperatorTiming = EXACT
     seed: int = 1
@@ -54,7 +60,11 @@ class Station:
     def _send(self, topic: str, payload: bytes, text: str) -> None:
         assert topic
         assert text
-        self.sent.append((self.env.now, decode_payload(payload)))
+        message = decode_payload(payload)
+        if isinstance(message, SyncRequest):
+            self.syncs.append(self.env.now)
+        else:
+            self.sent.append((self.env.now, message))
 
     def at(self, time_s: float, *messages: Message) -> None:
         """Let messages arrive at a time, in this order."""
@@ -70,11 +80,11 @@ class Station:
 
 
 def confirm_request(number: int, state: str = STATE, event: str = EVENT) -> Request:
-    return Request(number, "confirm", DISH.state_names.index(state), DISH.events.index(event))
+    return Request(number, "confirm", DISH.net.by_path[state], DISH.edge_index(state, event))
 
 
 def manual_request(number: int) -> Request:
-    return Request(number, "manual", DISH.state_names.index("STATE_ERROR"), 0)
+    return Request(number, "manual", DISH.net.by_path["STATE_ERROR"])
 
 
 def moved(state: str, event: str) -> MirrorUpdate:
@@ -216,6 +226,54 @@ def test_a_newer_request_ends_the_repeats_of_the_older_even_if_no_transition_was
     station.at(40.0, moved("STATE_INIT", "/REGULAR"))
     station.env.run(10_000.0)
     assert [m for _, m in station.sent] == [Confirm(1), Confirm(2)]
+
+
+def whole(*asked: int, state: str = STATE, event: str = EVENT) -> SyncState:
+    """The whole state: the machine is there, and these requests are open."""
+    node, edge = DISH.net.by_path[state], DISH.edge_index(state, event)
+    requests = tuple(Asked(number, "confirm", node, edge) for number in asked)
+    return SyncState(Snapshot(DISH.checksum, Configuration((node,)), 0, asked=requests).pack())
+
+
+def test_a_request_that_comes_with_the_whole_state_is_answered_as_if_it_had_come_by_itself():
+    alone, synced = Station(), Station()
+    alone.at(3.0, confirm_request(1))
+    synced.at(3.0, whole(1))
+    for station in (alone, synced):
+        station.env.run(30.0)
+    assert synced.sent == alone.sent
+    # The request alone came from a state that the mirror was not in: that is asked about, and again after a round trip.
+    assert (alone.syncs, synced.syncs) == ([3.0, 3.0 + CALM.round_trip_s], [])
+
+
+def test_an_answer_that_was_lost_is_repeated_although_the_request_comes_again_with_the_whole_state():
+    station = Station()
+    station.at(0.0, confirm_request(1))
+    for time_s in range(10, 70, 10):
+        station.at(float(time_s), whole(1))
+    station.env.run(100.0)
+    # As without: after 20 s round trip, 3 bytes at 380 bit/s and 30 s of patience, then doubled.
+    assert [m for _, m in station.sent] == [Confirm(1), Confirm(1)]
+
+
+def test_what_looked_settled_and_is_not_is_served_after_all():
+    station = Station()
+    station.at(0.0, confirm_request(1))
+    # Not yet thought through when the machine seems to be elsewhere, and then is not.
+    station.at(1.0, moved(STATE, EVENT), whole(1))
+    station.at(2.0, moved(STATE, EVENT))
+    station.at(20.0, whole(1))
+    station.env.run(40.0)
+    assert [m for _, m in station.sent] == [Confirm(1)]
+    assert station.sent[0][0] > 20.0
+
+
+def test_a_request_that_is_withdrawn_is_not_answered():
+    station = Station()
+    station.at(0.0, confirm_request(1))
+    station.at(2.0, Withdrawn(1))
+    station.env.run(500.0)
+    assert station.sent == []
 
 
 def test_after_enough_interventions_the_operator_ends_the_machine():

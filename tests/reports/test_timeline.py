@@ -32,11 +32,13 @@ def words(svg):
     return re.findall(r"<!-- (.*?) -->", svg.read_text())
 
 
-def test_a_report_is_four_files(tmp_path, make_run):
+def test_a_report_is_a_picture_and_two_tables(tmp_path, make_run):
     log = written(tmp_path / "run.mcap", make_run(ask=True, blackouts=True))
     files = write_report(log)
-    assert [f.name for f in files] == ["run.timeline.png", "run.timeline.svg", "run.states.csv", "run.states.md"]
-    png, svg, states, markdown = files
+    assert [f.name for f in files] == [
+        f"run.{end}" for end in ("timeline.png", "timeline.svg", "states.csv", "states.md", "link.csv", "link.md")
+    ]
+    png, svg, states, markdown, *_ = files
     width, height = struct.unpack(">II", png.read_bytes()[16:24])
     assert width > height > 500
     shown = words(svg)

@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -115,7 +117,9 @@ def test_every_registered_model_can_be_asked_for_and_is_written_back() -> None:
     for key, models in (("loss", LOSS_MODELS), ("jitter", JITTERS), ("dark", DARK_MODELS), ("delivery", DELIVERIES)):
         for name, made in models.items():
             given = {"model": name, **getattr(made, "example", {})}
-            scenario = load_scenario("src-dish", {f"link.up.{key}": given})
+            # TCP brings the headers that this scenario counts.
+            headers = {f"link.{way}.header_bytes": 0 for way in ("up", "down")}
+            scenario = load_scenario("src-dish", {f"link.up.{key}": given, **headers})
             assert type(getattr(scenario.link.up, key)) is made
             assert getattr(scenario.link.up, f"{key}_source") == "given: override"
             assert read_scenario(scenario_to_toml(scenario), "again") == scenario
@@ -149,6 +153,7 @@ def test_every_registered_model_can_be_asked_for_and_is_written_back() -> None:
                 "a.toml:8:46: link.up.delivery.window: 0 messages on their way",
             ],
         ),
+        ('dark = { model = "drc_finals", off_s = [1] }', ["a.toml:8:32: link.up.dark.off_s[1]: is missing"]),
         ('on_dark = "wait"', ["a.toml:8:1: link.up.on_dark: 'wait' is not 'pause', 'restart' or 'lose'"]),
         ('discipline = "lifo"', ["a.toml:8:1: link.up.discipline: unknown name 'lifo'"]),
         ("priorities = { mirrer = 1 }", ["a.toml:8:1: link.up.priorities: unknown name 'mirrer'"]),
@@ -206,6 +211,22 @@ def test_a_link_that_never_delivers_is_refused_with_the_reason(line: str, error:
     assert found.startswith(error)
 
 
+@pytest.mark.parametrize("key", ["link", "up", "down"])
+def test_a_scenario_that_charges_tcp_s_headers_twice_is_refused(key: str) -> None:
+    """Segments of TCP go one way and its acknowledgements the other: both ways have its headers."""
+    given = {"link": "", "up": "header_bytes = 40", "down": "header_bytes = 28"}
+    given[key] = f'delivery = "tcp"\n{given[key]}'
+    (found,) = refusals(text(**given))
+    assert "link.up.header_bytes: 40 bytes and TCP's and IP's own 40" in found
+    given["up"] = given["up"].replace("40", "39")
+    assert plan(text(**given)).up.settings.header_bytes == 39
+
+
+def test_fragments_too_short_for_tcp_are_refused_before_the_run() -> None:
+    (found,) = refusals(text(link='delivery = "tcp"', up="mtu_bytes = 40"))
+    assert found.startswith("a.toml:8:1: link.up.mtu_bytes: fragments of 40 bytes hold no TCP segment")
+
+
 def test_both_directions_are_judged_at_once() -> None:
     dark = "blackouts = [[0, inf]]"
     assert [f.split(":")[1] for f in refusals(text(up=dark, down=dark))] == ["8", "12"]
@@ -238,3 +259,14 @@ def test_the_json_schema_offers_every_model_and_no_null() -> None:
     assert schema["$defs"]["Link"]["then"]["properties"]["up"]["required"] == ["rate_bps", "delay_s"]
     # JSON has no inf, TOML no null.
     assert "null" not in json.dumps(schema, allow_nan=False)
+
+
+def test_the_example_of_the_page_is_a_scenario() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "link.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    scenario = read_scenario(example, "docs/link.md", "example")
+    assert "assumed" not in {
+        getattr(way, key) for way in (scenario.link.up, scenario.link.down) for key in ("loss_source", "dark_source")
+    }
+    # One in ten, as the example says: 0.03 / (0.03 + 0.25) of the packets.
+    assert link_plan(scenario, partial(stream, 1, 0)).up.settings.loss.mean_loss == pytest.approx(0.1, abs=0.01)

@@ -23,6 +23,13 @@ class AskStatus:
 
 
 @dataclass(frozen=True)
+class AskData:
+    """Ask the operator for data and wait for it. The reply is the bytes of his answer."""
+
+    what: str
+
+
+@dataclass(frozen=True)
 class Say:
     """Send the operator a line of the state log. The reply is None."""
 
@@ -44,8 +51,8 @@ class Reply:
     duration_s: float
 
 
-Step = Command | Wait | AskStatus | Say | Show
-Answer = Reply | Mapping[str, float] | None
+Step = Command | Wait | AskStatus | AskData | Say | Show
+Answer = Reply | Mapping[str, float] | bytes | None
 Program = Generator[Step, Any, str]
 """Yields steps, receives their replies, returns the event of its state."""
 
