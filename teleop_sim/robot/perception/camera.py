@@ -1,6 +1,6 @@
 """The head's colour camera, as one ray a pixel.
 
-Modelled: field of view, one sun with hard shadows, light from everywhere, speckled soil, pixel noise.
+Modelled: field of view, one sun with hard shadows, light from everywhere, speckled soil, pixel noise, calibration.
 Not modelled: lens distortion, motion blur, automatic exposure, gloss, colour balance, Bayer pattern, smear.
 """
 
@@ -12,7 +12,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from teleop_sim.robot.perception.miscalibrated import mounted
 from teleop_sim.robot.perception.rays import Bools, Floats, Ints, Light, Rays, SensorPose
+from teleop_sim.world.sense_errors import EXACT, SenseErrors
 
 Image = npt.NDArray[np.uint8]
 """(height, width, 3) red, green, blue."""
@@ -53,22 +55,25 @@ def take(
     rng: np.random.Generator,
     width: int = WIDTH,
     height: int = HEIGHT,
+    errors: SenseErrors = EXACT,
 ) -> Image:
     """Take one image.
 
     Args:
         rays: the world, without the robot.
-        pose: of the camera.
+        pose: where the camera is believed to be.
         light: sun and ambient light.
         rng: pixel noise, standard deviation 0.007 of full scale; one draw a pixel and colour.
         width: [pixels]; the field of view stays.
         height: [pixels].
+        errors: of mounting, lens, exposure and noise.
 
     Returns:
         (height, width, 3) of 0..255.
 
     """
-    directions = pixel_directions(width, height) @ pose.rotation.T
+    pose = mounted(pose, errors.camera)
+    directions = true_directions(width, height, errors.focal) @ pose.rotation.T
     distance, geoms, normal = rays.cast(pose.position, directions, CUTOFF_M)
     hit = np.flatnonzero(geoms >= 0)
     points = pose.position + directions[hit] * distance[hit, None]
@@ -80,7 +85,15 @@ def take(
     picture = np.empty((width * height, 3), np.float32)
     picture[:] = np.asarray(SKY) * min(1.0, light.sun[0])
     picture[hit] = rays.colour(geoms[hit]) * shade * _speckle(rays, geoms[hit], points)[:, None]
-    return _expose(picture, rng).reshape(height, width, 3)
+    return _expose(picture * np.float32(errors.exposure), rng, errors.pixel_noise).reshape(height, width, 3)
+
+
+def true_directions(width: int, height: int, focal: float) -> Floats:
+    """``pixel_directions`` of a lens whose focal length is ``focal`` times that believed."""
+    if focal == 1.0:
+        return pixel_directions(width, height)
+    d = pixel_directions(width, height) * np.array([focal, 1.0, 1.0])
+    return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))
 
 
 def _in_sun(rays: Rays, points: Floats, eye: Floats, to_sun: Floats) -> Bools:
@@ -104,6 +117,6 @@ def _speckle(rays: Rays, geoms: Ints, points: Floats) -> Floats:
     return grain
 
 
-def _expose(picture: npt.NDArray[np.float32], rng: np.random.Generator) -> Image:
-    noisy = picture + np.float32(NOISE_SD) * rng.standard_normal(picture.shape, np.float32)
+def _expose(picture: npt.NDArray[np.float32], rng: np.random.Generator, noise: float) -> Image:
+    noisy = picture + np.float32(noise * NOISE_SD) * rng.standard_normal(picture.shape, np.float32)
     return np.asarray(np.clip(noisy * np.float32(255.0) + np.float32(0.5), 0.0, 255.0).astype(np.uint8))

@@ -12,10 +12,21 @@ from typing import Final
 import numpy as np
 
 from teleop_sim.robot.commands import Vector
-from teleop_sim.robot.perception.camera import BASELINE_M, HEIGHT, WIDTH, Image, focal_px, pixel_directions, take
+from teleop_sim.robot.perception.camera import (
+    BASELINE_M,
+    HEIGHT,
+    WIDTH,
+    Image,
+    focal_px,
+    pixel_directions,
+    take,
+    true_directions,
+)
 from teleop_sim.robot.perception.colours import BLUE, RED, Blob, blobs_of
+from teleop_sim.robot.perception.miscalibrated import mounted
 from teleop_sim.robot.perception.rays import Floats, Light, Rays, SensorPose, vector
 from teleop_sim.robot.sightings import ConsoleGlimpse
+from teleop_sim.world.sense_errors import EXACT, SenseErrors
 
 DISPARITY_SD_PX: Final = 0.5
 """Assumed: block matching at the image's own resolution; half its variance common to a blob."""
@@ -43,6 +54,7 @@ def detect(
     avoid: Sequence[Vector] = (),
     width: int = WIDTH,
     height: int = HEIGHT,
+    errors: SenseErrors = EXACT,
 ) -> tuple[ConsoleGlimpse | None, str]:
     """Take an image and look for the console in it.
 
@@ -54,17 +66,23 @@ def detect(
         avoid: places found wrong before; a pair that looks to be there is refused.
         width: of the image [pixels].
         height: of the image [pixels].
+        errors: of the camera pair.
 
     Returns:
         What was found, and ``ok``; or None and the reason: ``no red``, ``no blue``, ``no pair`` (no two blobs look like
         wheels side by side), ``pair refused`` (too close together, too far apart, at a wrong height, or to be avoided).
 
     """
-    return find(take(rays, pose, light, rng, width, height), rays, pose, rng, avoid)
+    return find(take(rays, pose, light, rng, width, height, errors), rays, pose, rng, avoid, errors)
 
 
 def find(
-    image: Image, rays: Rays, pose: SensorPose, rng: np.random.Generator, avoid: Sequence[Vector] = ()
+    image: Image,
+    rays: Rays,
+    pose: SensorPose,
+    rng: np.random.Generator,
+    avoid: Sequence[Vector] = (),
+    errors: SenseErrors = EXACT,
 ) -> tuple[ConsoleGlimpse | None, str]:
     """Look for the console in an image; arguments and result as for ``detect``."""
     red, blue = blobs_of(image, RED), blobs_of(image, BLUE)
@@ -77,8 +95,8 @@ def find(
         return None, "no pair"
     size = (image.shape[1], image.shape[0])
     for r, b in pairs[:PAIRS_TRIED]:
-        at_red = stereo_point(r, rays, pose, rng, size)
-        at_blue = stereo_point(b, rays, pose, rng, size)
+        at_red = stereo_point(r, rays, pose, rng, size, errors)
+        at_blue = stereo_point(b, rays, pose, rng, size, errors)
         if at_red is None or at_blue is None or not _possible(at_red, at_blue, pose.position, avoid):
             continue
         return ConsoleGlimpse(vector(at_red), vector(at_blue)), "ok"
@@ -130,7 +148,12 @@ def depth_error(depth_m: Floats, focal: float, disparity_error_px: Floats) -> Fl
 
 
 def stereo_point(
-    blob: Blob, rays: Rays, pose: SensorPose, rng: np.random.Generator, size: tuple[int, int]
+    blob: Blob,
+    rays: Rays,
+    pose: SensorPose,
+    rng: np.random.Generator,
+    size: tuple[int, int],
+    errors: SenseErrors = EXACT,
 ) -> Floats | None:
     """Median (3,) of the places that stereo gives for pixels of a blob; None when too few have depth.
 
@@ -141,11 +164,13 @@ def stereo_point(
     common = rng.normal()
     picked = blob.pixels[rng.integers(0, blob.area, STEREO_PIXELS)]
     directions = pixel_directions(*size)[picked]
-    distance, _, _ = rays.cast(pose.position, directions @ pose.rotation.T, STEREO_RANGE_M)
+    true, looks = mounted(pose, errors.camera), true_directions(*size, errors.focal)[picked]
+    distance, _, _ = rays.cast(true.position, looks @ true.rotation.T, STEREO_RANGE_M)
     seen = distance > 0.0
     if int(seen.sum()) < LEAST_MATCHES:
         return None
-    depth = distance[seen] * directions[seen, 0]
+    # Disparity is true focal length times true baseline over true depth; believed ones turn it back into depth.
+    depth = distance[seen] * looks[seen, 0] / (errors.focal * errors.baseline)
     error = DISPARITY_SD_PX * (common + own[seen]) / np.sqrt(2.0)
     wrong = depth_error(depth, focal_px(size[0]), error)
     points = pose.position + (directions[seen] * (wrong / directions[seen, 0])[:, None]) @ pose.rotation.T

@@ -1,6 +1,6 @@
 """The head's spinning LIDAR: a fan of 270 degrees in a plane through the forward axis, which rolls about that axis.
 
-Modelled: fan, spindle, range limits, range noise.
+Modelled: fan, spindle and its motion during a fan, range limits, range noise; what calibration gets wrong.
 Not modelled: motion of the head while it spins, mixed points at edges, dark or shiny surfaces, intensity, beam width.
 """
 
@@ -12,7 +12,9 @@ from typing import Final
 import numpy as np
 
 from teleop_sim.robot.commands import Vector
+from teleop_sim.robot.perception.miscalibrated import mounted
 from teleop_sim.robot.perception.rays import Bools, Floats, Rays, SensorPose
+from teleop_sim.world.sense_errors import EXACT, SenseErrors
 
 # openhumanoids/val_description @5257ff7, multisense_sl.urdf (Hokuyo UTM-30LX-EW).
 SCAN_RATE_HZ: Final = 40.0
@@ -25,6 +27,9 @@ SPINDLE_RAD_S: Final = 0.8
 HALF_TURN_S: Final = np.pi / SPINDLE_RAD_S
 """Half a turn covers everything, because the fan reaches to both sides of the axis."""
 
+SWEEP_SHARE: Final = FAN_RAD / (2.0 * np.pi)
+"""Share of a scan's period in which the mirror, which turns once, sweeps the fan; the rest looks at the housing."""
+
 SCANS: Final = round(HALF_TURN_S * SCAN_RATE_HZ)
 REGION_RADIUS_M: Final = 0.75  # the console's wheels and face fit into it
 THIN: Final = 4  # assumed: away from a region one ray in so many is cast
@@ -34,9 +39,10 @@ NEAR_AXIS_RAD: Final = np.radians(30.0)  # assumed: nearer to the axis neighbour
 @lru_cache(maxsize=1)
 def half_turn_directions() -> Floats:
     """Unit directions of half a turn: (SCANS * SAMPLES, 3), scan by scan, forward, left, up; read-only."""
-    roll = np.arange(SCANS) * (SPINDLE_RAD_S / SCAN_RATE_HZ)
     fan = np.linspace(-FAN_RAD / 2.0, FAN_RAD / 2.0, SAMPLES)
-    s, a = np.meshgrid(roll, fan, indexing="ij")
+    # The spindle goes on while the mirror sweeps: samples of one fan lie in no plane.
+    periods = np.arange(SCANS)[:, None] + SWEEP_SHARE * np.linspace(0.0, 1.0, SAMPLES)
+    s, a = periods * (SPINDLE_RAD_S / SCAN_RATE_HZ), np.broadcast_to(fan, periods.shape)
     d = np.stack([np.cos(a), np.sin(a) * np.cos(s), np.sin(a) * np.sin(s)], axis=-1).reshape(-1, 3)
     d.flags.writeable = False
     return d
@@ -61,15 +67,17 @@ def half_turn(
     pose: SensorPose,
     rng: np.random.Generator,
     region: Vector | None = None,
+    errors: SenseErrors = EXACT,
 ) -> Floats:
     """Points of half a turn of the spindle, which takes ``HALF_TURN_S``.
 
     Args:
         rays: the world, without the robot.
-        pose: of the LIDAR, at rest.
-        rng: range noise, standard deviation 1 cm; one draw a point.
+        pose: where the LIDAR is believed to be, at rest.
+        rng: range noise, one draw a point.
         region: where full density is wanted: all rays within 0.75 m of it are cast, and one in four elsewhere.
             None: all rays everywhere. Leaving rays out saves computing; the robot's LIDAR would give them all.
+        errors: of mounting, spindle and ranges.
 
     Returns:
         (n, 3) in the odometry frame [m].
@@ -80,11 +88,19 @@ def half_turn(
         # Chosen in the sensor's frame: only what is cast need be turned into the world's.
         way = (np.asarray(region) - pose.position) @ pose.rotation
         directions = directions[thinned() | _towards(directions, way)]
-    directions = directions @ pose.rotation.T
-    distance, _, _ = rays.cast(pose.position, directions, RANGE_M[1])
+    believed = directions @ pose.rotation.T
+    true, off = mounted(pose, errors.lidar), errors.spindle_rad
+    cast = (rolled(directions, off) if off else directions) @ true.rotation.T
+    distance, _, _ = rays.cast(true.position, cast, RANGE_M[1])
     seen = distance > RANGE_M[0]
-    range_m = distance[seen] + rng.normal(0.0, NOISE_SD_M, int(seen.sum()))
-    return np.asarray(pose.position + directions[seen] * range_m[:, None])
+    range_m = distance[seen] + rng.normal(0.0, errors.range_noise * NOISE_SD_M, int(seen.sum()))
+    return np.asarray(pose.position + believed[seen] * range_m[:, None])
+
+
+def rolled(directions: Floats, angle_rad: float) -> Floats:
+    """Directions (n, 3) turned about the forward axis, as the spindle turns."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.asarray(directions @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]]))
 
 
 def _towards(directions: Floats, way: Floats) -> Bools:

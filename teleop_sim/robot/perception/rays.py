@@ -69,17 +69,18 @@ def vector(point: Floats) -> Vector:
 
 
 def upright(mounted: Floats) -> Floats:
-    """Rotation of a sensor from that of its frame when the sensor hangs upside down.
+    """Rotation of a sensor from that of its frame, turned over if the frame hangs upside down.
 
     Valkyrie's head carries its sensors rolled by pi about their forward axis (``rpy`` of ``left_camera_frame`` and
     ``head_hokuyo_frame``, robot/valkyrie.json): forward is kept, left and up change sign. Images are turned likewise
-    before anybody sees them.
+    before anybody sees them. The frames of Atlas and THORMANG3 stand upright. No head leans by more than 90 degrees.
 
     Args:
-        mounted: (3, 3) rotation of the frame; columns forward, right, down.
+        mounted: (3, 3) rotation of the frame; columns forward, left, up, or forward, right, down.
 
     Returns:
         (3, 3), columns forward, left, up.
 
     """
-    return np.asarray(mounted * np.array([1.0, -1.0, -1.0]))
+    hangs = mounted[2, 2] < 0.0
+    return np.asarray(mounted * np.array([1.0, -1.0, -1.0])) if hangs else np.asarray(mounted)

@@ -10,13 +10,14 @@ from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.perception import camera, coarse, fine, lidar, walkway
 from teleop_sim.robot.perception.rays import Light, SensorPose, upright
 from teleop_sim.robot.skill import Done, Motion
+from teleop_sim.world.sense_errors import SenseErrors, senses_of
 
 FRAME_S = 0.1
 """One image: the camera takes 10 a second (multisense_sl.urdf)."""
 
 
 def camera_pose(body: Body) -> SensorPose:
-    """Where the head's left camera is."""
+    """Where the head's left camera is believed to be."""
     return _sensor(body, body.spec.camera_frame)
 
 
@@ -33,14 +34,18 @@ def light(body: Body) -> Light:
 
 def picture(body: Body, rng: np.random.Generator) -> camera.Image:
     """A camera image now."""
-    return camera.take(body.plant, camera_pose(body), light(body), rng)
+    return camera.take(body.plant, camera_pose(body), light(body), rng, errors=_errors(body))
+
+
+def _errors(body: Body) -> SenseErrors:
+    return senses_of(body.plant.disturbances)
 
 
 def scan(body: Body, command: Scan, rng: np.random.Generator) -> Motion:
     """Half a turn of the LIDAR: a cloud of everything round the robot."""
     yield from ()
     pose = _sensor(body, body.spec.lidar_frame)
-    points = lidar.half_turn(body.plant, pose, rng, command.region)
+    points = lidar.half_turn(body.plant, pose, rng, command.region, _errors(body))
     x, y, z = (float(v) for v in pose.position)
     return Done("scanned", data=Cloud(points, (x, y, z)), takes_s=lidar.HALF_TURN_S)
 
@@ -49,7 +54,9 @@ def detect(body: Body, command: Detect, rng: np.random.Generator) -> Motion:
     """Find the console or the finish. Ends ``found`` with a sighting as data, or ``not_found`` and why."""
     yield from ()
     if command.stage == "coarse":
-        glimpse, why = coarse.detect(body.plant, camera_pose(body), light(body), rng, command.avoid)
+        glimpse, why = coarse.detect(
+            body.plant, camera_pose(body), light(body), rng, command.avoid, errors=_errors(body)
+        )
         return _told(glimpse, why, FRAME_S)
     if command.cloud is None:
         return Done("not_found", "no cloud to look in")
