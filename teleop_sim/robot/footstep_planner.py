@@ -44,7 +44,7 @@ TURN_S_PER_RAD: Final = 0.3
 UNSEEN_S: Final = 1.0  # assumed: a step onto ground that nobody has seen
 WEIGHTS: Final = (3.0, 1.5, 1.1, 0.0)
 """Of the guess in successive rounds, then the bound alone (assumed; WPI's ARA* began at 8 and had 7 s)."""
-BUDGET: Final = 2000
+BUDGET: Final = 1500
 """Expansions in all: a plan round a post takes less than 20 ms (docs/perception.md)."""
 HARD_BUDGET: Final = 40_000
 """For a second try (assumed); 0.2 s."""
@@ -366,12 +366,14 @@ def _steps_after(way: Ints, steps: Moves) -> Floats:
     return after
 
 
+@lru_cache(maxsize=8)
 def _soles(gait: Gait, cell_m: float) -> Ints:
     """Places (2, BINS, 2) of the soles in cells from the body's."""
     places = [[sole_place((0.0, 0.0, k * BIN_RAD), foot, gait.width_m) for k in range(BINS)] for foot in (LEFT, RIGHT)]
     return np.array([[[round(p.x / cell_m), round(p.y / cell_m)] for p in row] for row in places], np.int64)
 
 
+@lru_cache(maxsize=8)
 def _discs(outline: Outline, cell_m: float) -> Ints:
     """Places (BINS, n, 2) of the arms' discs in cells from the body's."""
     found = np.zeros((BINS, len(outline.arms), 2), np.int64)

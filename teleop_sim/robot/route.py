@@ -97,18 +97,19 @@ def is_clear(seen: Occupancy, bodies: Sequence[PlanarPose], outline: Outline, ga
     poses = _between(bodies)
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
 
-    def hit(mask: Bools, radius_m: float, ahead_m: float, left_m: float) -> bool:
-        if not mask.any():
-            return False
+    def hit(mask: Bools, ahead_m: float, left_m: float) -> bool:
         xy = poses[:, :2] + np.stack([c * ahead_m - s * left_m, s * ahead_m + c * left_m], axis=-1)
         index = np.clip(seen.grid.index(xy), 0, seen.grid.count - 1)
-        return bool(widened(mask, radius_m / CELL_M)[index[:, 0], index[:, 1]].any())
+        return bool(mask[index[:, 0], index[:, 1]].any())
 
+    legs = widened(seen.legs | seen.arms, outline.legs_m / CELL_M)
+    arms = widened(seen.arms, outline.arms_m / CELL_M)
+    drop = widened(seen.drop, outline.sole_m[1] / 2 / CELL_M)
     half_m = gait.width_m / 2
     return not (
-        hit(seen.legs | seen.arms, outline.legs_m, 0.0, 0.0)
-        or any(hit(seen.arms, outline.arms_m, x, y) for x, y in outline.arms)
-        or any(hit(seen.drop, outline.sole_m[1] / 2, 0.0, side * half_m) for side in (-1, 1))
+        hit(legs, 0.0, 0.0)
+        or any(hit(arms, x, y) for x, y in outline.arms)
+        or any(hit(drop, 0.0, side * half_m) for side in (-1, 1))
     )
 
 
