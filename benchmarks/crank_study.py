@@ -3,9 +3,9 @@
 python benchmarks/crank_study.py [--robots atlas,valkyrie] [--trials 30] [--jobs 2] [--sweep error,floor,handle]
 
 Without ``--sweep``: exact perception. A trial counts as done if the wheel has been turned three times within 10
-degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing but soles and bars
-ever touched anything. A grip that is lost or not felt is let go and tried again after a new look, up to ``TRIES``
-grips in all. Each look places the handle wrong by a normal error of ``error_m`` in each direction.
+degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing ever touched anything
+but soles the floor and the hand the handle. A grip that is lost or not felt is let go and tried again after a new look,
+up to ``TRIES`` grips in all. Each look places the handle wrong by a normal error of ``error_m`` in each direction.
 """
 
 from __future__ import annotations
@@ -113,7 +113,8 @@ class Watched(Body):
         self._count += 1
         if self._count % LOOK_EVERY_TICKS == 0 and upright:
             for own, other in self.plant.contacts():
-                if "_sole" not in own and not ("Bar" in own and ("Knob" in other or "Stem" in other)):
+                held = ("Bar" in own or "Flange" in own) and ("Knob" in other or "Stem" in other)
+                if "_sole" not in own and not held:
                     self.stray.add(f"{own} on {other}")
             if reference.row is None or (reference.row[4] == 2 and np.array_equal(reference.row[5:], self.stand[5:])):
                 self.balance_m = max(self.balance_m, self.balance_error_m())
@@ -210,7 +211,7 @@ class Mission:
         turn, whys = 1, []
         while cause == "done" and turn <= TURNS:
             if self.grips == TRIES:
-                cause = "gave up: " + ", ".join(whys)
+                cause = "gave up: " + ", ".join(sorted(set(whys)))
                 break
             ended = self.grasp_and_turn(self.start_rad + self.sign * turn * 2 * math.pi)
             if ended == "reached":
@@ -240,9 +241,9 @@ def settings_of(robot: str, sweep: str) -> list[Setting]:
     if sweep == "error":
         return [replace(exact, error_m=cm / 100) for cm in (0.0, 1.0, 2.0, 4.0)]
     if sweep == "floor":
-        return [replace(exact, floor=mu) for mu in (0.1, 0.15, 0.2, 0.4, 0.7, 1.0)]
+        return [replace(exact, floor=mu) for mu in (0.1, 0.15, 0.2, 0.4, 1.0)]
     if sweep == "handle":
-        return [replace(exact, handle=mu) for mu in (0.1, 0.2, 0.4, 0.7, 1.0)]
+        return [replace(exact, handle=mu) for mu in (0.1, 0.3, 1.0)]
     return [exact]
 
 

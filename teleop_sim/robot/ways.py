@@ -54,7 +54,11 @@ def free_way(
 
     ``back``: postures with the hand drawn back from the goal, or, if ``reverse``, from the start.
     """
-    margin_m = min(MARGIN_M, *(collisions.nearest(q).gap_m - ENDS_M for q in (start, goal)))
+    ends = [collisions.nearest(q) for q in (start, goal)]
+    closest = min(ends, key=lambda end: end.gap_m)
+    if closest.gap_m <= 0.0:
+        return Way(goal[None, :], (closest.first, closest.second))
+    margin_m = max(min(MARGIN_M, closest.gap_m - ENDS_M), 0.0)
     between: list[list[np.ndarray]] = [[], *([q] for q in back), [elbow_out]]
     between += [[q, elbow_out] if reverse else [elbow_out, q] for q in back]
     touches = None

@@ -13,14 +13,11 @@ from teleop_sim.robot import templates
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, snapped, stance_of, two_stage
 from teleop_sim.robot.circle_table import CircleTable
-from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.commands import CircularAffordance, PlanarPose, Side
-from teleop_sim.robot.crank_scene import crank_things
 from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.kinematics import Kinematics, kinematics_of
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.tables import handle_table
-from teleop_sim.robot.ways import Way, drawn_back, free_way
 
 Ticks = Generator[Tick, None, None]
 
@@ -109,26 +106,6 @@ def table_of(arm: Arm, affordance: CircularAffordance) -> CircleTable:
     """Postures round a handle's circle from where the robot stands."""
     _, stance = plan_stance(arm)
     return handle_table(arm.robot, arm.side, stance, rest_posture(arm, stance), affordance)
-
-
-def among(arm: Arm, affordance: CircularAffordance) -> Collisions:
-    """The robot and what it takes to stand round a crank."""
-    return Collisions(arm.robot, crank_things(affordance, arm.side))
-
-
-def way_there(arm: Arm, solver: ChainIk, goal: np.ndarray, affordance: CircularAffordance) -> Way:
-    """A free way from the present reference to a configuration over a handle."""
-    start, stance = plan_stance(arm)
-    out, back = rest_posture(arm, stance), drawn_back(solver, goal)
-    return free_way(among(arm, affordance), solver.settle(start), goal, out, back)
-
-
-def way_home(arm: Arm, solver: ChainIk, start: np.ndarray, affordance: CircularAffordance) -> Way:
-    """A free way from a configuration over a handle to the arm at home."""
-    goal = start.copy()
-    goal[arm.upper] = home(arm)
-    out, back = rest_posture(arm, solver.stance), drawn_back(solver, start)
-    return free_way(among(arm, affordance), start, solver.settle(goal), out, back, reverse=True)
 
 
 def solve_two_stage(

@@ -11,6 +11,7 @@ from teleop_sim.robot.chain_ik import ChainIk, two_stage
 from teleop_sim.robot.circle_table import CircleTable, circle_of
 from teleop_sim.robot.commands import Reach
 from teleop_sim.robot.skill import Done, Motion
+from teleop_sim.robot.skills.clear_way import way_there
 from teleop_sim.robot.skills.manipulate import (
     JAW_OPEN,
     Arm,
@@ -21,7 +22,6 @@ from teleop_sim.robot.skills.manipulate import (
     rest_posture,
     straight_path,
     table_of,
-    way_there,
 )
 
 LIFT_M = 0.1

@@ -8,6 +8,7 @@ from teleop_sim.robot.body import Body
 from teleop_sim.robot.chain_ik import Target
 from teleop_sim.robot.commands import Release
 from teleop_sim.robot.skill import Done, Motion
+from teleop_sim.robot.skills.clear_way import way_home
 from teleop_sim.robot.skills.manipulate import (
     JAW_OPEN,
     arm_of,
@@ -17,7 +18,6 @@ from teleop_sim.robot.skills.manipulate import (
     plan_stance,
     solve_two_stage,
     straight_path,
-    way_home,
 )
 
 BACK_M = 0.12
