@@ -47,7 +47,7 @@ WEIGHTS: Final = (3.0, 1.5, 1.1, 0.0)
 BUDGET: Final = 1500
 """Expansions in all: a plan round a post takes less than 20 ms (docs/perception.md)."""
 HARD_BUDGET: Final = 40_000
-"""For a second try (assumed); 0.2 s."""
+"""Of a second try, if the first found nothing: 0.2 s (assumed)."""
 
 Ints = npt.NDArray[np.int64]
 
