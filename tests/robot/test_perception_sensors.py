@@ -126,8 +126,8 @@ def test_half_a_turn_leaves_no_gap_in_front():
     probe = rng.normal(size=(300, 3))
     probe /= np.linalg.norm(probe, axis=1, keepdims=True)
     probe = probe[probe[:, 0] > np.cos(np.radians(134.0))]
-    # Scans are 0.02 rad apart, samples 0.0044: half their diagonal is 0.0102. Where the half turn closes, the ends of the
-    # fan have turned on by 0.015 rad since its beginning: half of 0.036 there.
+    # Scans are 0.02 rad apart, samples 0.0044: half their diagonal is 0.0102. Where the half turn closes, a fan's
+    # end has turned on by 0.015 rad since its beginning: half of 0.036 there.
     nearest = np.arccos((probe @ d.T).max(axis=1))
     assert np.quantile(nearest, 0.9) < 0.0125
     assert nearest.max() < 0.0185

@@ -81,7 +81,7 @@ class Doing:
         yield Say(f"{self.state}: {text}"[:LINE_CHARS])
 
     def walk(self, path: tuple[PlanarPose, ...], start_s: float) -> Generator[Step, Any, bool]:
-        """Walk round what was seen, at least as long as WPI slept when it had sent the footsteps. Was the goal reached?"""
+        """Walk, round what was seen, at least as long as WPI slept when it had sent footsteps. Was the goal reached?"""
         reply = yield from self.do(Walk(path, tuple(self.memory.facts.get("clouds", {}).values())))
         yield from self.fill(start_s, "walk starts")
         reached = reply.outcome == "reached" and (reply.data is None or float(reply.data) <= GOAL_M)
