@@ -135,3 +135,16 @@ def test_all_problems_come_at_once():
 def test_a_machine_cannot_be_changed():
     with pytest.raises(dataclasses.FrozenInstanceError):
         src_dish().name = "other"
+
+
+@pytest.mark.parametrize(("threshold", "refused"), [(0, True), (2, True), (3, False)])
+def test_suggestions_that_chase_each_other_are_refused_unless_a_person_is_asked(threshold, refused):
+    """They would pass for ever without any time going by, at full at the latest."""
+    states = (State("a", decides=True, suggests="on"), State("b", decides=True, suggests="back"))
+    edges = (Edge("a", "on", "b", 0), Edge("b", "back", "a", threshold), Edge("b", "out", "ok", 3))
+    if not refused:
+        assert Machine("round", "a", states, edges, outcomes=("ok",)).outcomes == ("ok",)
+        return
+    with pytest.raises(BadInput) as caught:
+        Machine("round", "a", states, edges, outcomes=("ok",))
+    assert [p.where for p in caught.value.problems] == ["machine round: a", "machine round: b"]
