@@ -243,6 +243,39 @@ def _slot(table: np.ndarray, keys: np.ndarray, key: int) -> int:
 
 
 @compiled
+def _hashed(keys: np.ndarray, used: int, size: int) -> np.ndarray:
+    """A hash table of so many keys."""
+    table = np.full(size, -1, np.int64)
+    for n in range(used):
+        table[_slot(table, keys, keys[n])] = n
+    return table
+
+
+@compiled
+def _queue(
+    g: np.ndarray, v: np.ndarray, h: np.ndarray, hint: np.ndarray, used: int, best: float, weight: float
+) -> list[tuple[float, float, int]]:
+    """States to look at in a new round: those that became cheaper since last expanded and may still serve."""
+    heap = [(np.inf, np.inf, used)]
+    for node in range(used):
+        if g[node] < v[node] and g[node] + h[node] < best:
+            key_s = g[node] + (weight * hint[node] if weight > 0.0 else h[node])
+            heap.append((key_s, h[node], node))
+    heapq.heapify(heap)
+    return heap
+
+
+@compiled
+def _least(g: np.ndarray, v: np.ndarray, h: np.ndarray, used: int, best: float) -> float:
+    """What every way costs at least, by the states still to be expanded."""
+    least = best
+    for node in range(used):
+        if g[node] < v[node]:
+            least = min(least, g[node] + h[node])
+    return least
+
+
+@compiled
 def search(
     seeds: np.ndarray,
     seed_costs: np.ndarray,
@@ -306,12 +339,7 @@ def search(
             goal_node, best = node, g[node]
     for turn in range(weights.size):
         weight = weights[turn]
-        heap = [(np.inf, np.inf, used)]
-        for node in range(used):
-            if g[node] < v[node] and g[node] + h[node] < best:
-                key_s = g[node] + (weight * hint[node] if weight > 0.0 else h[node])
-                heap.append((key_s, h[node], node))
-        heapq.heapify(heap)
+        heap = _queue(g, v, h, hint, used, best, weight)
         while expanded < budget:
             f, _, node = heapq.heappop(heap)
             if f >= best or f == np.inf:
@@ -327,9 +355,7 @@ def search(
                 cap *= 2
                 keys, parent, closed = _grown_i8(keys, cap), _grown_i8(parent, cap), _grown_i8(closed, cap)
                 g, v, h, hint = _grown_f8(g, cap), _grown_f8(v, cap), _grown_f8(h, cap), _grown_f8(hint, cap)
-                table = np.full(4 * cap, -1, np.int64)
-                for n in range(used):
-                    table[_slot(table, keys, keys[n])] = n
+                table = _hashed(keys, used, 4 * cap)
             for a in range(counts[foot, k]):
                 di, dj, dk = actions[foot, k, a]
                 ti, tj, tk = i + di, j + dj, (k + dk) % bins
@@ -370,10 +396,7 @@ def search(
                     heapq.heappush(heap, (key_s, h[there], there))
         if expanded >= budget:
             break
-    least = best
-    for node in range(used):
-        if g[node] < v[node]:
-            least = min(least, g[node] + h[node])
+    least = _least(g, v, h, used, best)
     if goal_node < 0:
         return np.inf, least, np.empty((0, 4), np.int64), expanded
     return best, least, _way(goal_node, keys, parent, nj, bins), expanded

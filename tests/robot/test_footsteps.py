@@ -249,20 +249,22 @@ def test_soles_stay_off_a_drop_that_the_middle_of_the_body_may_cross():
 
 @dataclass(frozen=True)
 class WithPost(BareFloor):
-    """A level floor with a post of 12 cm in the way."""
+    """A level floor with posts of 12 cm, one in the way unless others are given."""
 
     ahead_m: float = 1.0
+    others: tuple[tuple[float, float], ...] = ()
 
     def add_to(self, spec):
         super().add_to(spec)
-        spec.worldbody.add_geom(
-            name="post",
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            pos=[self.ahead_m, 0.05, 0.9],
-            size=[0.06, 0.9, 0.0],
-            friction=contact.rough(0.8),
-            **contact.WORLD,
-        )
+        for number, (x, y) in enumerate(self.others or ((self.ahead_m, 0.05),)):
+            spec.worldbody.add_geom(
+                name=f"post{number}",
+                type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                pos=[x, y, 0.9],
+                size=[0.06, 0.9, 0.0],
+                friction=contact.rough(0.8),
+                **contact.WORLD,
+            )
 
 
 def seen_by(name, scenery):
@@ -323,3 +325,21 @@ def test_clear_is_told_from_blocked():
     assert not is_clear(ground([(1.0, 0.1, 0.05)]), walk, outline, gait)
     assert not is_clear(ground(drops=[(1.0, 0.13, 0.05)]), walk, outline, gait)
     assert survey((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0),), (), outline).unknown.any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_study_of_ways_between_three_posts(name):
+    """Ten drawn goals each, with one post in the way and two beside it: the figure of docs/perception.md."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        far_m = 2.0 if name == "thormang3" else 3.0
+        a = rng.uniform(-1.5, 1.5)
+        goal = (far_m * math.cos(a), far_m * math.sin(a), a + rng.uniform(-1, 1))
+        aside = rng.uniform((-0.2, 0.5, -1.4), (0.2, 1.4, -0.5))
+        posts = tuple(
+            (u * goal[0] - v * math.sin(a), u * goal[1] + v * math.cos(a))
+            for u, v in zip((0.5, 0.62, 0.4), aside, strict=True)
+        )
+        body, cloud = seen_by(name, WithPost(others=posts))
+        assert perform(body, Walk((goal,), (cloud,)), body.standing(), KEY).outcome == "reached"
