@@ -6,7 +6,7 @@ along the approach axis first. What these do not find is left to ``teleop_sim.ro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,24 +47,26 @@ def free_way(
     start: np.ndarray,
     goal: np.ndarray,
     elbow_out: np.ndarray,
-    back: Sequence[np.ndarray],
+    back: Callable[[], Sequence[np.ndarray]],
     reverse: bool = False,
 ) -> Way:
     """The first way from start to goal that keeps ``MARGIN_M``; else the straight one, with what it touches.
 
-    ``back``: postures with the hand drawn back from the goal, or, if ``reverse``, from the start.
+    ``back`` is asked only if straight is not free: postures with the hand drawn back from the goal, or, if ``reverse``,
+    from the start.
     """
     ends = [collisions.nearest(q) for q in (start, goal)]
     closest = min(ends, key=lambda end: end.gap_m)
     if closest.gap_m <= 0.0:
         return Way(goal[None, :], (closest.first, closest.second))
     margin_m = max(min(MARGIN_M, closest.gap_m - ENDS_M), 0.0)
-    between: list[list[np.ndarray]] = [[], *([q] for q in back), [elbow_out]]
-    between += [[q, elbow_out] if reverse else [elbow_out, q] for q in back]
-    touches = None
+    touches = collisions.along([start, goal], margin_m)
+    if touches is None:
+        return Way(goal[None, :], None)
+    drawn = back()
+    between = [*([q] for q in drawn), [elbow_out]]
+    between += [[q, elbow_out] if reverse else [elbow_out, q] for q in drawn]
     for vias in between:
-        found = collisions.along([start, *vias, goal], margin_m)
-        if found is None:
+        if collisions.along([start, *vias, goal], margin_m) is None:
             return Way(np.array([*vias, goal]), None)
-        touches = touches or found
     return Way(goal[None, :], touches)

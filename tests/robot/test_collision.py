@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import coal
@@ -119,7 +120,7 @@ def test_ways_to_and_from_the_handle_keep_clear(robot: str, side: Side) -> None:
         table = handle_table(robot, side, stance, rest, affordance)
         solver = dict(two_stage(kinematics, side, stance, rest))[table.stage]
         over = solver.solve(table.at(angle), circle_of(affordance).place(angle, lift_m=0.1), 40).q
-        way = free_way(collisions, q, over, rest, drawn_back(solver, over))
+        way = free_way(collisions, q, over, rest, functools.partial(drawn_back, solver, over))
         assert way.touches is None
         np.testing.assert_array_equal(way.q[-1], over)
         assert collisions.along([q, *way.q], 0.005) is None
@@ -138,12 +139,12 @@ def test_a_post_in_the_way_is_found_and_walked_round() -> None:
     found = collisions.along([q, over], 0.0)
     assert found is not None
     assert found[1] == "post"
-    straight = free_way(collisions, q, over, q, [])
+    straight = free_way(collisions, q, over, q, list)
     assert straight.touches is not None
     # Home, raised by 0.2 m: over the post and in.
     raised = Target(kinematics.tool_pose(q, "left")[1] + [0.0, 0.0, 0.3], circle.place(3.0).approach)
     lifted = ChainIk(kinematics, "left", stance, q, torso=False).solve(q, raised, 60).q
-    assert free_way(collisions, q, over, q, [lifted]).touches is None
+    assert free_way(collisions, q, over, q, lambda: [lifted]).touches is None
 
 
 def test_tables_are_remembered_whatever_the_angle() -> None:

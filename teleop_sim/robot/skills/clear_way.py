@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from teleop_sim.robot.arm_path import optimise
@@ -36,7 +38,7 @@ def _way(
 ) -> Way:
     things = crank_things(affordance, arm.side)
     collisions = Collisions(arm.robot, things)
-    back = drawn_back(solver, ends[0] if reverse else ends[1])
+    back = functools.partial(drawn_back, solver, ends[0] if reverse else ends[1])
     way = free_way(collisions, *ends, elbow_out, back, reverse)
     if way.touches is None or min(collisions.nearest(q).gap_m for q in ends) <= 0.0:
         return way

@@ -118,9 +118,11 @@ class Follower:
     def __init__(self, arm: Arm, command: Follow, table: CircleTable, start: float, signal: float) -> None:
         self.arm, self.command = arm, command
         self.circle = circle_of(command.affordance)
-        self.postures = table.q[:, arm.upper]
-        self.pushes = table.push[:, arm.upper - 1]
-        self.leans = zmp_shifts(arm, table, self.circle)
+        # One array, so that a tick interpolates once: postures, torques of a newton, shifts of the ZMP by it.
+        leans = zmp_shifts(arm, table, self.circle)
+        self.rows = np.hstack([table.q[:, arm.upper], table.push[:, arm.upper - 1], leans])
+        self.slopes = np.roll(self.rows, -1, axis=0) - self.rows
+        self.joints = len(arm.upper)
         self.row = arm.body.stand
         self.jaws = arm.jaws(JAW_SHUT)
         self.start = start
@@ -197,20 +199,18 @@ class Follower:
 
     def tick(self) -> Tick:
         """The table's posture at the reference's place, eased in from the posture at the start."""
-        now, rows = self.now, len(self.postures)
+        now, rows, n = self.now, len(self.rows), self.joints
         place = now.place / (2 * math.pi) * rows
         row = math.floor(place)
-        share, here, there = place - row, row % rows, (row + 1) % rows
-        slope = self.postures[there] - self.postures[here]
-        posture = self.postures[here] + share * slope
-        torque = now.push_n * (self.pushes[here] + share * (self.pushes[there] - self.pushes[here]))
-        lean = now.push_n * (self.leans[here] + share * (self.leans[there] - self.leans[here]))
+        slope = self.slopes[row % rows]
+        values = self.rows[row % rows] + (place - row) * slope
+        posture, torque = values[:n], now.push_n * values[n : 2 * n]
         stance = self.row.copy()
-        stance[law.ZMP : law.ZMP + 2] += lean
+        stance[law.ZMP : law.ZMP + 2] += now.push_n * values[2 * n :]
         ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
         if ease > 0.0:
             posture = posture + ease * self.offset
-        return Tick(posture, slope * (now.velocity * rows / (2 * math.pi)), torque, self.jaws, stance)
+        return Tick(posture, slope[:n] * (now.velocity * rows / (2 * math.pi)), torque, self.jaws, stance)
 
     def report(self) -> FollowReport:
         """What the robot knows at the end."""

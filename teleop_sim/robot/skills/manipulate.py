@@ -184,14 +184,14 @@ def follow_path(arm: Arm, path: np.ndarray, duration_s: float, jaws: tuple[float
     lengths = np.abs(np.diff(rows, axis=0)).max(axis=1)
     far = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
     duration_s = max(duration_s, STRETCH * float(far[-1]) / PEAK_RATE_RAD_S)
-    before = rows[0]
     count = max(1, math.ceil(duration_s / arm.body.tick_s))
-    for k in range(1, count + 1):
-        place = smooth(k / count) * far[-1]
-        row = min(int(np.searchsorted(far, place, side="right")) - 1, len(path) - 1)
-        posture = rows[row] + (place - far[row]) / (far[row + 1] - far[row]) * (rows[row + 1] - rows[row])
-        yield Tick(posture, (posture - before) / arm.body.tick_s, jaws=jaws)
-        before = posture
+    place = np.array([smooth(k / count) for k in range(count + 1)]) * far[-1]
+    row = np.minimum(np.searchsorted(far, place, side="right") - 1, len(path) - 1)
+    share = ((place - far[row]) / (far[row + 1] - far[row]))[:, None]
+    postures = rows[row] + share * (rows[row + 1] - rows[row])
+    rates = np.diff(postures, axis=0) / arm.body.tick_s
+    for posture, rate in zip(postures[1:], rates, strict=True):
+        yield Tick(posture, rate, jaws=jaws)
 
 
 def home(arm: Arm) -> np.ndarray:

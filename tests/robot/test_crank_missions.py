@@ -1,0 +1,60 @@
+"""Missions at the crank, as ``benchmarks/crank_study.py`` runs them: a few here, all of them where there is time."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from teleop_sim.robot.templates import CRANK_STANDS
+
+ROBOT_NAMES = sorted(CRANK_STANDS)
+
+
+@pytest.fixture(scope="module")
+def study() -> Iterator[ModuleType]:
+    """The benchmark, which no import finds."""
+    path = Path(__file__).parents[2] / "benchmarks" / "crank_study.py"
+    spec = importlib.util.spec_from_file_location("crank_study_under_test", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    # A dataclass looks up its module by name.
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules[spec.name]
+
+
+@pytest.mark.parametrize(("robot", "seed"), [("atlas", 1), ("valkyrie", 2)])
+def test_walk_crank_three_turns_and_draw_back(study: ModuleType, robot: str, seed: int) -> None:
+    trial = study.crank(study.Setting(robot), seed)
+    assert trial.done, trial.told
+    assert trial.grips == study.TURNS
+    # With the ZMP moved for the hand's push; 22 mm without. What is left is tugs, whose push nobody knows.
+    assert trial.balance_m < 0.015
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ROBOT_NAMES)
+def test_missions_with_exact_perception(study: ModuleType, robot: str) -> None:
+    trials = study.row(study.Setting(robot), range(1, 31), None)
+    told = [f"{trial.seed}: {trial.told}" for trial in trials if not trial.done]
+    assert len(told) <= 3, told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ROBOT_NAMES)
+def test_missions_fail_where_perception_does(study: ModuleType, robot: str) -> None:
+    done = []
+    for error_m in (0.0, 0.01, 0.02, 0.04):
+        trials = study.row(study.Setting(robot, error_m=error_m), range(1, 11), None)
+        done.append(sum(trial.done for trial in trials))
+    # Falling but for two of ten, which is one sigma of a share of a half.
+    assert all(after <= before + 2 for before, after in zip(done[:-1], done[1:], strict=True)), done
+    assert done[0] >= 9
+    assert done[-1] <= 7
