@@ -41,12 +41,14 @@ test: lint types unit
 bench: setup
 	$(BIN)/python benchmarks/link_rate.py
 	$(BIN)/python benchmarks/physics_rate.py
+	$(BIN)/python benchmarks/crank_rate.py
 	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 
 validate: setup
 	$(BIN)/python benchmarks/study.py --seeds 1:21
 	$(BIN)/python benchmarks/walk_study.py
+	$(BIN)/python benchmarks/crank_study.py
 	$(BIN)/python -m pytest -m slow
 
 clean:
