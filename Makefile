@@ -42,6 +42,7 @@ bench: setup
 	$(BIN)/python benchmarks/link_rate.py
 	$(BIN)/python benchmarks/physics_rate.py
 	$(BIN)/python benchmarks/crank_rate.py
+	$(BIN)/python benchmarks/memo.py 12
 	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 
