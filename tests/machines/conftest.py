@@ -1,6 +1,7 @@
 """What tests of machines share."""
 
 import importlib.util
+import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +22,12 @@ def _load(name: str) -> ModuleType:
 
 # Now, so that the tests here can import it.
 _load("scripted_site")
+
+
+@pytest.fixture(scope="session")
+def dot() -> None:
+    """Tests that draw pictures need Graphviz; one that lacks it fails."""
+    assert shutil.which("dot"), "Graphviz draws the pictures: run make setup, or install the package graphviz"
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -16,12 +15,6 @@ from teleop_sim.machines.draw_text import COLOURS, quoted
 from teleop_sim.machines.elements import Concurrence, Edge, Group, Rule, State
 from teleop_sim.machines.library import MACHINES
 from teleop_sim.machines.net import Configuration
-
-
-@pytest.fixture
-def dot():
-    assert shutil.which("dot"), "Graphviz draws the pictures: run make setup, or install the package graphviz"
-
 
 BOTH = Concurrence(
     "both",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from dataclasses import replace
 from typing import Any
@@ -279,7 +278,7 @@ def test_every_state_and_outcome_is_drawn(machine: Machine) -> None:
     assert dot == machine_dot(machine, Look(stubs=False))
 
 
-@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+@pytest.mark.usefixtures("dot")
 @settings(deadline=None, max_examples=10)
 @given(machines(), st.booleans(), st.sampled_from((None, 0, 3)))
 def test_graphviz_reads_every_drawing(machine: Machine, stubs: bool, level: int | None) -> None:
