@@ -11,9 +11,10 @@ from teleop_sim.robot import law
 from teleop_sim.robot.arrays import dofs, law_arrays, sole_loads
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.gait import Plan, stand_row
+from teleop_sim.robot.law import Arrays
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.spec import RobotSpec
-from teleop_sim.world.belief import Belief
+from teleop_sim.world.belief import Belief, Load
 from teleop_sim.world.disturbances import believed
 from teleop_sim.world.plant import GRAVITY_M_S2, TICK_S, Plant, PlantState, Pose
 
@@ -45,6 +46,7 @@ class RobotState:
     fallen: bool = False
     unfinished: Unfinished | None = None
     felt: bytes = b""
+    loads: tuple[Load, ...] = ()
 
 
 class Body:
@@ -57,6 +59,7 @@ class Body:
         unfinished: the plan that was cut before this state.
         walking: the plan now followed, and the row reached.
         posture: (n_upper,) present reference of the upper body [rad]. jaws: present references.
+        loads: what the hands carry, as the controller was told.
         com_height_m: of the standing robot over its soles.
     """
 
@@ -78,8 +81,10 @@ class Body:
         self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
         foot = spec.model.description.sole
         self._feet = (foot.left, foot.right)
-        self._belief = believe(spec, plant)
-        self._arrays = law_arrays(spec, plant, self._belief)
+        self._own_belief = self._belief = believe(spec, plant)
+        self._own_arrays = self._arrays = law_arrays(spec, plant, self._belief)
+        self._loaded: tuple[Belief, Arrays] | None = None
+        self.loads: tuple[Load, ...] = ()
         self._loads = sole_loads(spec, plant)
         self._upper_qpos = self._arrays.qposadr[self._arrays.upper]
         self._still = np.zeros(len(self.upper_names))
@@ -178,6 +183,7 @@ class Body:
         self.jaws = state.jaws
         self._memory[:] = state.memory
         self.fallen, self.unfinished, self.walking = state.fallen, state.unfinished, None
+        self.carry(state.loads)
         if self._belief is not None:
             self._belief.load(state.felt)
             self._feel()
@@ -189,7 +195,9 @@ class Body:
         memory = tuple(float(x) for x in self._memory)
         posture = tuple(float(x) for x in self.posture)
         felt = b"" if self._belief is None else self._belief.save()
-        return RobotState(self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished(), felt)
+        return RobotState(
+            self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished(), felt, self.loads
+        )
 
     def _unfinished(self) -> Unfinished | None:
         if self.walking is None:
@@ -270,6 +278,28 @@ class Body:
     def set_stand(self) -> None:
         """Take the feet as they are now for the standing reference."""
         self.stand = stand_row(self.feet(), self.com_height_m, 0.0)
+
+    def carry(self, loads: tuple[Load, ...]) -> None:
+        """Tell the controller what the hands carry from now on. The plant is not asked and not changed.
+
+        A controller that reads the plant's own arrays gets a belief for as long as it carries something: what hangs in
+        a hand is no link of the robot's.
+        """
+        if loads == self.loads:
+            return
+        if self._own_belief is not None:
+            self._own_belief.bear(loads)
+        elif loads:
+            if self._loaded is None:
+                belief = Belief(self.spec.model, GRAVITY_M_S2, 0)
+                self._loaded = belief, law_arrays(self.spec, self.plant, belief)
+            self._belief, self._arrays = self._loaded
+            self._belief.bear(loads)
+            self._feel()
+        else:
+            self._belief, self._arrays = self._own_belief, self._own_arrays
+        self.loads = loads
+        self._figures[law.Gains._fields.index("mass_kg")] = self._gains.mass_kg + sum(x.mass_kg for x in loads)
 
     def tick(self, reference: Tick) -> bool:
         """One control period of physics. Returns False when the robot has fallen."""

@@ -106,6 +106,10 @@ class Plant:
         self.joint_names: tuple[str, ...] = tuple(
             self.model.joint(i).name for i in range(self.model.njnt) if self.model.jnt_type[i] != 0
         )
+        places = [int(self.model.joint(name).qposadr[0]) for name in self.joint_names]
+        # A slice where it serves: no copy through a list of places in every tick.
+        inner = places == list(range(7, self.model.nq))
+        self._angles_at: slice | list[int] = slice(7, None) if inner else places
         self._actuators = {self.model.actuator(i).name: i for i in range(self.model.nu)}
         self._qposadr = {name: int(self.model.joint(name).qposadr[0]) for name in self.joint_names}
         self._groups = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
@@ -164,8 +168,8 @@ class Plant:
         return float(self.data.qpos[self._qposadr[joint]])
 
     def angles(self) -> np.ndarray:
-        """Positions of all joints but the root, in the order of ``joint_names``."""
-        return self._qpos[7:].copy()
+        """Positions of all joints but the root and free bodies, in the order of ``joint_names``."""
+        return self._qpos[self._angles_at].copy()
 
     def set_angle(self, joint: str, value: float) -> None:
         """Place one joint; for setting up, not for moving."""
