@@ -103,21 +103,17 @@ def run_scenario(
         KeyboardInterrupt: passed on after the log has been finished up to the interruption.
     """
     started_s = clock()
-    # The log's scenario repeats the run, whoever chose the seed.
-    scenario = scenario.model_copy(update={"seed": seed})
     # Whatever these draw that can never deliver is refused before a log is begun.
     link_plan(scenario, partial(stream, seed, replicate))
     path = out / f"{scenario.name}_seed{seed}.mcap"
     writer = LogWriter(path)
-    watch = _Watch(scenario, writer.write, progress)
     try:
-        bench = _Bench(scenario, seed, replicate, watch, clock, memo)
-        watch.look = bench.progress
-        ended = bench.run()
+        done = simulate(scenario, seed, replicate, writer.write, progress, clock, memo)
         writer.close()
     except KeyboardInterrupt:
         writer.interrupt()
         raise
+    ended = done.ended
     return RunResult(
         scenario=scenario.name,
         seed=seed,
@@ -127,10 +123,50 @@ def run_scenario(
         round_trips=ended.round_trips,
         operator_acts=ended.operator_acts,
         wall_s=clock() - started_s,
-        physics_s=bench.plant.stepping_s,
+        physics_s=done.physics_s,
         log=path,
-        states=state_rows(watch.seen),
+        states=state_rows(done.records),
     )
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A run without its log.
+
+    Attributes:
+        ended: the last record.
+        records: all but the plant's samples, in order.
+        physics_s: time on the wall clock inside MuJoCo.
+
+    """
+
+    ended: RunEnded
+    records: list[Record]
+    physics_s: float
+
+
+def simulate(
+    scenario: Scenario,
+    seed: int,
+    replicate: int,
+    emit: Emit,
+    progress: Callable[[Progress], None] | None = None,
+    clock: Clock = time.perf_counter,
+    memo: Fresh | None = None,
+) -> Simulated:
+    """Run a scenario once and hand all its records to ``emit``; see ``run_scenario``.
+
+    Raises:
+        BadInput: nothing could ever get across the link that these draw.
+
+    """
+    # The log's scenario repeats the run, whoever chose the seed.
+    scenario = scenario.model_copy(update={"seed": seed})
+    watch = _Watch(scenario, emit, progress)
+    bench = _Bench(scenario, seed, replicate, watch, clock, memo)
+    watch.look = bench.progress
+    ended = bench.run()
+    return Simulated(ended, watch.seen, bench.plant.stepping_s)
 
 
 @dataclass
