@@ -22,10 +22,10 @@ from teleop_sim.robot.axis_fit import axis_fit
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.commands import Act
-from teleop_sim.robot.senses import feel
 from teleop_sim.robot.skill import Done, Motion, Tick
 from teleop_sim.robot.skills.manipulate import PEAK_RATE_RAD_S, Arm, arm_of, plan_stance, rest_posture, smooth
 from teleop_sim.world.plant import GRAVITY_M_S2
+from teleop_sim.world.senses import wrenches
 
 SPEED_M_S = 0.05
 """Of the tool along its path: a crank's turn takes 15 s (assumed; twelve were measured to hold)."""
@@ -141,6 +141,7 @@ class Actor:
         self.push = table.push[:, :, arm.upper - 1]
         self.aside = table.aside[:, :, arm.upper - 1]
         self.jaws = arm.body.jaws
+        self.palm = palm_of(arm)
         self.weight_n = hand_weight_n(arm) + (command.usability.mass_kg * GRAVITY_M_S2 if command.usability else 0.0)
         self.offset = arm.body.posture - self._row(0.0)[0]
         self.row = arm.body.stand
@@ -187,11 +188,10 @@ class Actor:
 
     def _wrist(self) -> np.ndarray:
         """Force (3,) of the hand on the thing [N], in the odometry frame: what the arm gives beyond the weight."""
-        side = self.arm.side
-        palm = next(mount.palm for mount in self.arm.body.spec.model.hands if mount.side == side)
         kinematics = self.arm.kinematics
-        turn = kinematics.data.oMi[kinematics.carriers[palm]].rotation
-        force = turn @ feel(self.arm.body).wrists[side].force_n
+        turn = kinematics.data.oMi[kinematics.carriers[self.palm]].rotation
+        (wrist,) = wrenches(self.arm.body.plant, (self.palm,))
+        force = turn @ wrist.force_n
         force[2] -= self.weight_n
         return np.asarray(force)
 
@@ -303,8 +303,12 @@ def hand_weight_n(arm: Arm) -> float:
     kinematics = arm.kinematics
     data = kinematics.model.createData()
     pin.computeSubtreeMasses(kinematics.model, data)
-    palm = next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
-    return float(data.mass[kinematics.carriers[palm]]) * GRAVITY_M_S2
+    return float(data.mass[kinematics.carriers[palm_of(arm)]]) * GRAVITY_M_S2
+
+
+def palm_of(arm: Arm) -> str:
+    """The link that carries the hand: its force-torque sensor sits at the joint that moves it."""
+    return next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
 
 
 def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:
