@@ -1,7 +1,9 @@
 """The tables [disturbances] of a scenario: what is read, what is refused and where, and that nothing stays nothing."""
 
+import re
 from dataclasses import fields
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -204,3 +206,14 @@ def test_bumps_of_the_dish_task_lie_on_the_walkway_with_the_floor_s_friction() -
                 for u, v, _ in [lay.compose(lay.inverse(slab.pose), (plate.x_m, plate.y_m, 0.0))]
             )
     assert drawn_disturbances(load_scenario("src-dish"), streams, site, ROBOTS["valkyrie"]().model) == CALM
+
+
+def test_the_page_of_the_world_names_every_key() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "world.md").read_text(encoding="utf-8")
+    told = set(re.findall("`[^`\n]+`", page))
+    nested = {"bumps": tables.Bumps, "patches": tables.Patches, "pushes": tables.Pushes, "payload": tables.Payload}
+    parts = {"": tables.Disturbances, **nested, "senses": tables.Senses}
+    for name, part in parts.items():
+        for key in part.model_fields:
+            if key not in parts and not key.endswith("_source"):
+                assert {f"`{name}.{key}`".replace("`.", "`"), f"`….{key}`"} & told, key
