@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleop_sim.stats.bootstrap import mean_interval, resample_weights
-from teleop_sim.stats.estimate import CONFIDENCE, Estimate, refuse
+from teleop_sim.stats.estimate import CONFIDENCE, refuse
 from teleop_sim.stats.paired import Matched, bootstrap_stream, matched
 from teleop_sim.stats.runs import FloatArray, Measure, cells, check_runs
 
@@ -131,11 +131,6 @@ def decision_map(
             choice = choose(pairs, measure.sign, bootstrap_stream(seed, pairs.values.shape[1]), confidence)
             found.append(dict(zip(link, key, strict=True)) | asdict(choice))
     return pd.DataFrame(found, columns=[*link, *Choice.__dataclass_fields__])
-
-
-def as_estimate(choice: Choice) -> Estimate:
-    """The margin with its interval."""
-    return Estimate(choice.margin, choice.low, choice.high, choice.replicates)
 
 
 def _best_shares(gains: FloatArray, weights: FloatArray) -> FloatArray:

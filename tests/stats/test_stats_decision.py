@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from teleop_sim.core.errors import BadInput
-from teleop_sim.stats.decision import as_estimate, choose, decision_map
+from teleop_sim.stats.decision import choose, decision_map
 from teleop_sim.stats.paired import Matched
 from teleop_sim.stats.runs import Measure
 from teleop_sim.stats.summary import compare_levels, estimate, summary
@@ -54,7 +54,7 @@ def test_equal_levels_share_the_resamples():
     assert (choice.best, choice.margin, choice.low, choice.high) == ("a", 0.0, 0.0, 0.0)
     assert choice.best_share == pytest.approx(0.5)
     assert (choice.verdict, choice.contenders) == ("tie", "b")
-    assert as_estimate(choice).runs == 8
+    assert choice.replicates == 8
 
 
 def test_five_replicates_are_too_few_to_be_clear():
