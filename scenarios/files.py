@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,12 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from teleop_sim.core.errors import BadInput, Problem
-from teleop_sim.scenarios.complaints import Reporter, keys_of, part_at
+from teleop_sim.scenarios.complaints import Reporter
 from teleop_sim.scenarios.library import find_scenario, list_scenarios
 from teleop_sim.scenarios.links import link_problems
 from teleop_sim.scenarios.reading import key_path, read_toml
 from teleop_sim.scenarios.schema import Scenario
+from teleop_sim.scenarios.setting import attempted, spread
 from teleop_sim.scenarios.writing import scenario_to_toml
 
 __all__ = ["json_schema", "list_scenarios", "load_scenario", "read_scenario", "scenario_to_toml"]
@@ -32,7 +32,7 @@ def load_scenario(
     Args:
         name_or_path: of one that comes with teleop-sim, or of a file.
         overrides: dotted key to value, such as ``{"link.up.rate_bps": 380.0}``; they take the place of the file's, and
-            the number's ``*_source`` then says so.
+            the number's ``*_source`` then says so (``scenarios.setting.changed``).
         labels: dotted key to what an error about its override should call it, such as ``--uplink``.
 
     Raises:
@@ -60,18 +60,19 @@ def read_scenario(
     read = read_toml(text, where)
     if read.values is None:
         raise BadInput(read.problems)
-    values = _overridden(read.values, overrides, labels)
+    values, unset = attempted(read.values, overrides, labels)
     if name:
         values.setdefault("name", name)
-    reporter = Reporter(where, read.places, {key: labels.get(key, key) for key in overrides})
+    named = spread(labels)
+    reporter = Reporter(where, read.places, {key: named.get(key, key) for key in spread(overrides)})
     try:
         scenario = Scenario.model_validate(values)
     except ValidationError as error:
         # What is missing may stand on a line that could not be read; sources wait for what they are sources of.
         left_out = ("default_factory_not_called", "missing" if read.problems else "")
         details = [d for d in error.errors() if d["type"] not in left_out]
-        raise BadInput(read.problems + tuple(reporter.problems(details))) from None
-    if problems := read.problems or tuple(reporter.problems(map(_detail, link_problems(scenario)))):
+        raise BadInput(read.problems + unset + tuple(reporter.problems(details))) from None
+    if problems := (read.problems + unset) or tuple(reporter.problems(map(_detail, link_problems(scenario)))):
         raise BadInput(problems)
     return scenario
 
@@ -111,26 +112,3 @@ def _not_utf8(error: UnicodeDecodeError, path: Path) -> Problem:
     return Problem(
         f"{path}:{line}:{column}", f"byte 0x{error.object[error.start]:02x} is not UTF-8", "Save the file as UTF-8."
     )
-
-
-def _overridden(raw: dict[str, Any], overrides: Mapping[str, object], labels: Mapping[str, str]) -> dict[str, Any]:
-    values = copy.deepcopy(raw)
-    for dotted, value in overrides.items():
-        *tables, key = dotted.split(".")
-        table: Any = values
-        for name in tables:
-            table = table.setdefault(name, {}) if isinstance(table, dict) else None
-        if isinstance(table, dict):
-            table[key] = value
-            source = _source_key(tables, key)
-            if source is not None:
-                table[source] = f"given: {labels.get(dotted, 'override')}"
-    return values
-
-
-def _source_key(tables: Sequence[str], key: str) -> str | None:
-    """The key that says where a number is from: ``rate_source`` for ``rate_bps``."""
-    part = part_at(tuple(tables))
-    stems = (key, key.rpartition("_")[0])
-    known = () if part is None else keys_of(part)
-    return next((f"{stem}_source" for stem in stems if f"{stem}_source" in known), None)

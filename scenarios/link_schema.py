@@ -7,6 +7,7 @@ must have a rate and a delay.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -24,6 +25,14 @@ from teleop_sim.channel.presets import PRESETS
 from teleop_sim.channel.queueing import DISCIPLINES
 from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused, source_of, unknown
 from teleop_sim.scenarios.registered import registered
+
+MODELS: Mapping[str, Mapping[str, type[Any]]] = {
+    "loss": LOSS_MODELS,
+    "jitter": JITTERS,
+    "dark": DARK_MODELS,
+    "delivery": DELIVERIES,
+}
+"""Keys of a link whose value is a model, and the models by name."""
 
 TOPICS = (*MESSAGES, "ack")
 """What urgency can be given to: messages and acknowledgements."""
@@ -101,7 +110,7 @@ class LinkDirection(Part):
     way: Literal["up", "down", "burst"] | None = Field(
         default=None, description='Which way of the preset this is: "up", "down", or "burst" where there is one.'
     )
-    dark: Annotated[DarkModel | None, *registered(DARK_MODELS)] = Field(
+    dark: Annotated[DarkModel | None, *registered(MODELS["dark"])] = Field(
         default=None,
         description='Blackouts by a model, such as { model = "random_gaps", mean_light_s = 50, mean_dark_s = 5 }.',
     )
@@ -130,11 +139,11 @@ class LinkDirection(Part):
         default=None,
         description="Rates that hold while the robot's machine is in a state: tables with state and rate_bps.",
     )
-    loss: Annotated[Loss | None, *registered(LOSS_MODELS)] = Field(
+    loss: Annotated[Loss | None, *registered(MODELS["loss"])] = Field(
         default=None, description='How fragments are lost, such as { model = "bernoulli", p = 0.1 }.'
     )
     loss_source: str | None = Field(default_factory=source_of("loss"))
-    jitter: Annotated[Jitter | None, *registered(JITTERS)] = Field(
+    jitter: Annotated[Jitter | None, *registered(MODELS["jitter"])] = Field(
         default=None, description='What delays vary by, such as { model = "uniform", low_s = 0.0, high_s = 0.1 }.'
     )
     jitter_source: str | None = Field(default_factory=source_of("jitter"))
@@ -156,7 +165,7 @@ class LinkDirection(Part):
         default=None, ge=0, description="Largest fragment with its header in bytes, such as 1500; 0 for no limit."
     )
     mtu_source: str | None = Field(default_factory=source_of("mtu_bytes"))
-    delivery: Annotated[Delivery | None, *registered(DELIVERIES)] = Field(
+    delivery: Annotated[Delivery | None, *registered(MODELS["delivery"])] = Field(
         default=None, description="How messages of this way get across, in place of the link's delivery."
     )
     delivery_source: str | None = Field(default_factory=source_of("delivery"))
@@ -226,7 +235,7 @@ class Link(Part):
         description="How often, in simulated seconds, the field site's heart beats, such as 10.0.",
     )
     heartbeat_source: str = ASSUMED
-    delivery: Annotated[Delivery | None, *registered(DELIVERIES)] = Field(
+    delivery: Annotated[Delivery | None, *registered(MODELS["delivery"])] = Field(
         default=None,
         description=f"How messages get across: a name, or a table with model and its keys. {_KNOWN}",
     )

@@ -36,15 +36,19 @@ SERVOS = {
     "_arm_": (900.0, 60.0, 0.1),
 }
 
-# Upper arms down, forearms ahead, knees at 1 rad (measured).
+# Knees at 1 rad (measured).
 KNEE_RAD = 1.0
+# Elbows out, hands tucked up before the chest: what no part of an arm hangs down to is no obstacle to it, such as a
+# console of 0.97 m with its handles (hands as low as that, 0.57 m ahead, could not be walked up to it; measured).
 WALK_POSTURE = {
-    "l_arm_shx": -1.25,
-    "r_arm_shx": 1.25,
-    "l_arm_ely": 1.5,
-    "r_arm_ely": 1.5,
-    "l_arm_elx": 1.0,
-    "r_arm_elx": -1.0,
+    "l_arm_shz": 0.2,
+    "r_arm_shz": -0.2,
+    "l_arm_shx": -0.8,
+    "r_arm_shx": 0.8,
+    "l_arm_ely": 1.6,
+    "r_arm_ely": 1.6,
+    "l_arm_elx": 2.1,
+    "r_arm_elx": -2.1,
 }
 
 TOOL_M = 0.275

@@ -40,12 +40,23 @@ class CrankStand:
         return (x, y, yaw_rad)
 
 
+# Upper arms down, forearms ahead and level: half way round the circle.
+ATLAS_ARMS = {
+    "l_arm_shz": 0.0,
+    "r_arm_shz": 0.0,
+    "l_arm_shx": -1.25,
+    "r_arm_shx": 1.25,
+    "l_arm_ely": 1.5,
+    "r_arm_ely": 1.5,
+    "l_arm_elx": 1.0,
+    "r_arm_elx": -1.0,
+}
+
 CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
     {
         # Elbows out: with arms as for walking the search slips into postures with the upper arm in the torso.
-        "valkyrie": CrankStand(0.56, 0.30, {"rightShoulderRoll": 0.7, "leftShoulderRoll": -0.7}),
-        # Further out the hand of the walking posture would meet the wheel when the robot walks up.
-        "atlas": CrankStand(0.75, 0.25),
+        "valkyrie": CrankStand(0.57, 0.27, {"rightShoulderRoll": 0.7, "leftShoulderRoll": -0.7}),
+        "atlas": CrankStand(0.75, 0.25, ATLAS_ARMS),
     }
 )
 """By robot: the middle of where the whole circle is reached, with 2.5 cm to spare in any direction (measured)."""

@@ -17,6 +17,7 @@ import numpy as np
 from teleop_sim.world import contact
 from teleop_sim.world.description import Description, Link, Vector, inertia_matrix
 from teleop_sim.world.robot_model import RobotModel
+from teleop_sim.world.sense_errors import EXACT, SenseErrors
 
 PATCH_HEIGHT_M = 0.003
 """Thickness of a plate that is only slippery: more than a sole sinks in (0.6 mm), less than a step (assumed)."""
@@ -73,6 +74,7 @@ class Disturbances:
         joint_friction: Coulomb friction of every joint as a share of its effort limit.
         strength: share of its effort limit that a joint has, by joint name; others have all.
         delay_s: age of what the controller feels, rounded to control ticks.
+        senses: what is wrong with cameras and LIDAR.
     """
 
     floor_friction: float | None = None
@@ -84,10 +86,11 @@ class Disturbances:
     joint_friction: float = 0.0
     strength: Mapping[str, float] = field(default_factory=dict)
     delay_s: float = 0.0
+    senses: SenseErrors = EXACT
 
     @property
     def deceives(self) -> bool:
-        """Whether the controller believes or feels something else than there is."""
+        """Whether the controller's model, or what its joints feel, is other than there is. Not the senses."""
         unknown = self.payload is not None and not self.payload.known
         return unknown or self.mass_factor != 1.0 or any(self.com_error_m) or self.delay_s > 0
 

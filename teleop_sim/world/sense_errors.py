@@ -13,9 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from teleop_sim.world.disturbances import Disturbances
-
-Vector = tuple[float, float, float]
+from teleop_sim.world.description import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +54,6 @@ class SenseErrors:
 
 EXACT = SenseErrors()
 """Sensors as their data sheets say, mounted as the robot's description says."""
-
-
-@dataclass(frozen=True)
-class DisturbedSenses(Disturbances):
-    """Disturbances of body and ground, and of the sensors."""
-
-    senses: SenseErrors = EXACT
-
-
-def senses_of(what: Disturbances) -> SenseErrors:
-    """The errors of the sensors among a plant's disturbances."""
-    return what.senses if isinstance(what, DisturbedSenses) else EXACT
 
 
 @dataclass(frozen=True, slots=True)

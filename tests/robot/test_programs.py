@@ -29,7 +29,9 @@ from teleop_sim.robot.programs.places import after, before, facing_rad, middle, 
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import AskStatus, Memory, Reply, Say, Show, Wait
 from teleop_sim.robot.sightings import ConsoleFix, ConsoleGlimpse, FinishFix
+from teleop_sim.robot.templates import CRANK_STANDS, crank_stand
 
+STAND = crank_stand("valkyrie")
 # A console 2 m ahead of the start, seen square on.
 GLIMPSE = ConsoleGlimpse((2.0, 0.2, 0.8), (2.0, -0.2, 0.8))
 
@@ -91,10 +93,10 @@ def nominal(step):
 class Run:
     """One run of a program: its steps, its time and its event."""
 
-    def __init__(self, state, memory, answer=nominal, preset="wpi"):
+    def __init__(self, state, memory, answer=nominal, preset="wpi", robot="valkyrie"):
         self.steps, self.time_s = [], 0.0
         self.memory = memory
-        program = dish_programs(pacing(preset))[state](memory)
+        program = dish_programs(pacing(preset), robot)[state](memory)
         reply = None
         while True:
             try:
@@ -192,7 +194,7 @@ def test_no_foot_moves_while_a_hand_is_at_a_handle():
 
 def test_fixed_waits_overlap_motion_where_wpi_slept_meanwhile():
     # Reach and grip take 6.7 s here and are filled up to 9.3 s; a walk of 8 s is longer than its 4 s.
-    memory = Memory({"fix": FIX, "pose": stance(FIX, "right"), "place": (0.9, 0.0, 0.0)})
+    memory = Memory({"fix": FIX, "pose": stance(FIX, "right", STAND), "place": (0.9, 0.0, 0.0)})
     assert Run("STATE_GRASP_PITCH_HANDLE", memory).time_s == pytest.approx(9.3)
     assert Run("STATE_WALK_TO_SEE_PANEL", memory).time_s == pytest.approx(8.0 + 1.0)
     short = but(walk=Reply("reached", "", 0.0, 2.5))
@@ -202,19 +204,19 @@ def test_fixed_waits_overlap_motion_where_wpi_slept_meanwhile():
 
 
 def test_a_side_step_is_made_when_the_other_hand_is_needed():
-    memory = Memory({"fix": FIX, "pose": stance(FIX, "right")})
+    memory = Memory({"fix": FIX, "pose": stance(FIX, "right", STAND)})
     run = Run("STATE_GRASP_YAW_HANDLE", memory)
     [step] = run.of(Step)
     # The wheels are 0.4 m apart and each is turned from 0.27 m aside: 2 * 0.27 - 0.4.
     assert (step.forward_m, step.left_m, step.turn_rad) == pytest.approx((0.0, -0.14, 0.0), abs=1e-9)
-    assert memory.facts["pose"] == pytest.approx(stance(FIX, "left"))
+    assert memory.facts["pose"] == pytest.approx(stance(FIX, "left", STAND))
     assert memory.facts["holding"] == ("left", FIX.yaw_handle)
     far = Run("STATE_GRASP_YAW_HANDLE", Memory({"fix": FIX, "pose": (0.0, 1.0, 3.0)}))
-    assert far.of(Walk) == [Walk((stance(FIX, "left"),))]
+    assert far.of(Walk) == [Walk((stance(FIX, "left", STAND),))]
 
 
 def test_a_hand_that_feels_nothing_lets_go_and_looks_again_before_the_next_try():
-    memory = Memory({"fix": FIX, "pose": stance(FIX, "right")})
+    memory = Memory({"fix": FIX, "pose": stance(FIX, "right", STAND)})
     run = Run("STATE_GRASP_PITCH_HANDLE", memory, but(grip=failed("not_felt", "only 1.0 N against the tug")))
     assert run.event == "/GRASP_PITCH_HANDLE_RETRY"
     assert run.commands() == ["Reach", "Grip", "Release"]
@@ -223,7 +225,7 @@ def test_a_hand_that_feels_nothing_lets_go_and_looks_again_before_the_next_try()
 
 
 def test_a_handle_out_of_reach_is_not_gripped():
-    memory = Memory({"fix": FIX, "pose": stance(FIX, "right")})
+    memory = Memory({"fix": FIX, "pose": stance(FIX, "right", STAND)})
     run = Run("STATE_GRASP_PITCH_HANDLE", memory, but(reach=failed("no_plan")))
     assert (run.event, run.commands()) == ("/GRASP_PITCH_HANDLE_RETRY", ["Reach", "Release"])
 
@@ -284,7 +286,7 @@ def test_a_pitch_knocked_out_while_yaw_was_turned_is_redone():
 
 @pytest.mark.parametrize("axis", ["pitch", "yaw"])
 def test_redetection_goes_back_to_the_axis_that_was_interrupted(axis):
-    memory = Memory({"fix": FIX, "pose": stance(FIX, "right")})
+    memory = Memory({"fix": FIX, "pose": stance(FIX, "right", STAND)})
     Run(f"STATE_GRASP_{axis.upper()}_HANDLE", memory)
     run = Run("STATE_REDETECT_HANDLE", memory)
     assert run.event == f"/REDETECTED_HANDLE_GRASP_{axis.upper()}"
@@ -420,10 +422,24 @@ def test_a_step_leads_where_it_was_made_for():
     assert after(here, move(here, goal)) == pytest.approx(goal)
 
 
-def test_the_wheel_is_where_the_hand_can_turn_it():
+@pytest.mark.parametrize("robot", sorted(CRANK_STANDS))
+def test_the_wheel_is_where_the_hand_can_turn_it(robot):
+    stand = crank_stand(robot)
     for side, handle in (("right", FIX.pitch_handle), ("left", FIX.yaw_handle)):
-        wheel_at = move(stance(FIX, side), (*handle.centre[:2], 0.0))
-        assert (wheel_at.forward_m, wheel_at.left_m) == pytest.approx((0.57, -0.27 if side == "right" else 0.27))
+        wheel_at = move(stance(FIX, side, stand), (*handle.centre[:2], 0.0))
+        aside_m = -stand.aside_m if side == "right" else stand.aside_m
+        assert (wheel_at.forward_m, wheel_at.left_m) == pytest.approx((stand.ahead_m, aside_m))
+
+
+@pytest.mark.parametrize("robot", sorted(CRANK_STANDS))
+def test_each_robot_walks_to_its_own_stand(robot):
+    run = Run("STATE_WALK_TO_PANEL", Memory({"fix": FIX}), robot=robot)
+    assert [walk.path for walk in run.of(Walk)] == [(stance(FIX, "right", crank_stand(robot)),)]
+
+
+def test_a_robot_without_a_stand_is_refused():
+    with pytest.raises(UnknownName, match="Known: valkyrie, atlas"):
+        dish_programs(pacing("wpi"), "asimo")
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def walk_to_panel(doing: Doing) -> Program:
     fix: ConsoleFix | None = doing.memory.facts.get("fix")
     if fix is None:
         return (yield from doing.retry("/WALK_TO_PANEL_RETRY", "no console to walk to"))
-    goal = stance(fix, "right")
+    goal = stance(fix, "right", doing.stand)
     doing.memory.facts["at_console"] = True
     if (yield from doing.walk((goal,), doing.pacing.walk_start_s)):
         return (yield from doing.done("/REACHED_PANEL_FINE", f"reached the console, standing at {_xy(goal)}"))

@@ -12,6 +12,7 @@ from teleop_sim.robot.commands import Step as Stride
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.places import after
 from teleop_sim.robot.programs.steps import Memory, Program, ProgramOf, Reply, Say, Step, Wait
+from teleop_sim.robot.templates import CrankStand
 
 Part = Generator[Step, Any, Any]
 """A piece of a program, used with ``yield from``."""
@@ -38,6 +39,7 @@ class Doing:
         state: whose program it is.
         memory: of the field computer.
         pacing: the waits.
+        stand: where this robot stands at a crank.
         spent_s: time that commands took since the last ``fill``.
 
     """
@@ -45,6 +47,7 @@ class Doing:
     state: str
     memory: Memory
     pacing: Pacing
+    stand: CrankStand
     spent_s: float = 0.0
 
     def do(self, command: Command) -> Generator[Step, Any, Reply]:
@@ -134,12 +137,12 @@ class Doing:
                 self.memory.facts["holding"] = None
 
 
-def program_of(state: str, body: Callable[[Doing], Program], pacing: Pacing) -> ProgramOf:
+def program_of(state: str, body: Callable[[Doing], Program], pacing: Pacing, stand: CrankStand) -> ProgramOf:
     """The program of a state: its body with a ``Doing`` of its own; a fall ends it with ``!fell``."""
 
     def program(memory: Memory) -> Program:
         try:
-            return (yield from body(Doing(state, memory, pacing)))
+            return (yield from body(Doing(state, memory, pacing, stand)))
         except _Down:
             return FELL
 

@@ -68,7 +68,7 @@ def grasp(axis: Axis) -> Body:
 
 def _align(doing: Doing, fix: ConsoleFix, axis: Axis) -> Generator[Step, Any, None]:
     """Side-step, or walk if something took the robot away, to where the hand reaches all of the circle."""
-    goal = stance(fix, axis.side)
+    goal = stance(fix, axis.side, doing.stand)
     step = move(doing.here, goal)
     if not worth(step):
         return

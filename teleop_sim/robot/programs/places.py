@@ -7,16 +7,13 @@ from typing import Final
 
 from teleop_sim.robot.commands import PlanarPose, Side, Step, Vector
 from teleop_sim.robot.sightings import ConsoleFix, ConsoleGlimpse
+from teleop_sim.robot.templates import CrankStand
 
 VIEW_M: Final = 1.1
 """Distance from the wheels at which they are looked at closely (assumed; detection was measured from 1.2 m on)."""
 
-AHEAD_M: Final = 0.57
-ASIDE_M: Final = 0.27
-"""From the middle of the feet to the wheel that a hand turns: measured, the whole circle is in reach."""
-
 ALIGN_M: Final = (0.04, 0.49)
-"""Offsets that a side-step corrects. WPI: 0.1 to 0.49 m; this robot was measured 2.5 cm either way, hence less."""
+"""Offsets that a side-step corrects. WPI: 0.1 to 0.49 m; these robots were measured 2.5 cm either way, hence less."""
 
 ALIGN_RAD: Final = 0.1
 """Heading error that is corrected with it (assumed)."""
@@ -39,13 +36,10 @@ def before(x: float, y: float, yaw_rad: float, distance_m: float) -> PlanarPose:
     return (x - distance_m * math.cos(yaw_rad), y - distance_m * math.sin(yaw_rad), yaw_rad)
 
 
-def stance(fix: ConsoleFix, side: Side) -> PlanarPose:
+def stance(fix: ConsoleFix, side: Side, stand: CrankStand) -> PlanarPose:
     """Where to stand to turn a wheel: the pitch wheel with the right hand, the yaw wheel with the left."""
     centre = (fix.pitch_handle if side == "right" else fix.yaw_handle).centre
-    yaw_rad = fix.pose[2]
-    left_m = ASIDE_M if side == "right" else -ASIDE_M
-    x, y, _ = before(centre[0], centre[1], yaw_rad, AHEAD_M)
-    return (x - left_m * math.sin(yaw_rad), y + left_m * math.cos(yaw_rad), yaw_rad)
+    return stand.pose((centre[0], centre[1]), fix.pose[2], side)
 
 
 def move(here: PlanarPose, goal: PlanarPose) -> Step:

@@ -16,6 +16,7 @@ from teleop_sim.robot.programs.doing import Doing, program_of
 from teleop_sim.robot.programs.handle_programs import PITCH, YAW, Body
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.steps import Program, ProgramOf
+from teleop_sim.robot.templates import crank_stand
 
 
 def skip_to_cp3(doing: Doing) -> Program:
@@ -47,6 +48,12 @@ BODIES: Mapping[str, Body] = MappingProxyType(
 """By state; STATE_END and STATE_ERROR do nothing."""
 
 
-def dish_programs(pacing: Pacing) -> dict[str, ProgramOf]:
-    """The programs of the dish task, by state, with the given waits."""
-    return {state: program_of(state, body, pacing) for state, body in BODIES.items()}
+def dish_programs(pacing: Pacing, robot: str = "valkyrie") -> dict[str, ProgramOf]:
+    """The programs of the dish task, by state, with the given waits, for a robot by name.
+
+    Raises:
+        UnknownName: nobody has found out where that robot stands at a crank.
+
+    """
+    stand = crank_stand(robot)
+    return {state: program_of(state, body, pacing, stand) for state, body in BODIES.items()}

@@ -10,7 +10,7 @@ from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.perception import camera, coarse, fine, lidar, walkway
 from teleop_sim.robot.perception.rays import Light, SensorPose, upright
 from teleop_sim.robot.skill import Done, Motion
-from teleop_sim.world.sense_errors import SenseErrors, senses_of
+from teleop_sim.world.sense_errors import SenseErrors
 
 FRAME_S = 0.1
 """One image: the camera takes 10 a second (multisense_sl.urdf)."""
@@ -38,7 +38,7 @@ def picture(body: Body, rng: np.random.Generator) -> camera.Image:
 
 
 def _errors(body: Body) -> SenseErrors:
-    return senses_of(body.plant.disturbances)
+    return body.plant.disturbances.senses
 
 
 def scan(body: Body, command: Scan, rng: np.random.Generator) -> Motion:
