@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from teleop_sim.channel.counters import Counters
 from teleop_sim.core.records import (
@@ -21,19 +21,20 @@ from teleop_sim.reports.shares import SHARES, duration_s, where_time_went
 from teleop_sim.reports.visits import MODES, visits
 
 Figure = float | int | str
-RUN_FIGURES: dict[str, str] = {
+RUN_FIGURES: Mapping[str, str] = {
     "outcome": "completed, failed, censored (the time limit came first) or refused (nothing could ever get across)",
+    "status": "the same for statistics: completed, failed (refused too) or censored",
     "cause": "in words; of a failure the physical one",
     "completion_time_s": "NaN unless completed",
-    "end_s": "when the run ended",
-    "checkpoint": "the last one scored",
+    "time_s": "when the run ended",
+    "score": "the last checkpoint scored",
     "round_trips": "requests that were answered",
     "requests": "made to the operator",
     "retries": "failures of attempts, over all states",
     "normal_s": "time in states left in normal mode",
     "auto_s": "time in states left in autonomous recovery",
     "manual_s": "time in states left in manual mode, or not recoverable",
-    **{key: words for key, words in SHARES.items()},
+    **SHARES,
     "episodes": "skills carried out",
     "operator_acts": "commands that the operator sent",
     "operator_busy": "share of the run in which the operator was at work",
@@ -61,10 +62,11 @@ def run_figures(records: Sequence[Record]) -> dict[str, Figure]:
     shares = where_time_went(records)
     figures: dict[str, Figure] = {
         "outcome": ended.outcome,
+        "status": ended.outcome,
         "cause": ended.cause,
         "completion_time_s": ended.completion_time_s,
-        "end_s": end_s,
-        "checkpoint": max((r.checkpoint for r in records if isinstance(r, Scored)), default=0),
+        "time_s": end_s,
+        "score": max((r.checkpoint for r in records if isinstance(r, Scored)), default=0),
         "round_trips": ended.round_trips,
         "requests": len({r.request for r in records if isinstance(r, Requested)}),
         **_modes(records),
@@ -79,12 +81,20 @@ def run_figures(records: Sequence[Record]) -> dict[str, Figure]:
 def refused_figures(cause: str) -> dict[str, Figure]:
     """The row of a run that could not be begun: nothing is known but why."""
     empty: dict[str, Figure] = dict.fromkeys(RUN_FIGURES, math.nan)
-    return empty | dict.fromkeys(_COUNTS, 0) | {"outcome": "refused", "cause": cause, "end_s": 0.0}
+    return (
+        empty
+        | dict.fromkeys(_COUNTS, 0)
+        | {
+            "outcome": "refused",
+            "status": "failed",
+            "cause": cause,
+            "time_s": 0.0,
+        }
+    )
 
 
-_COUNTS = ("checkpoint", "round_trips", "requests", "retries", "episodes", "operator_acts") + tuple(
-    f"{way}_{key}" for way in ("up", "down") for key in ("packets", "delivered", "dropped", "bits")
-)
+_OF_A_WAY = tuple(f"{way}_{key}" for way in ("up", "down") for key in ("packets", "delivered", "dropped", "bits"))
+_COUNTS = ("score", "round_trips", "requests", "retries", "episodes", "operator_acts", *_OF_A_WAY)
 
 
 def _modes(records: Sequence[Record]) -> dict[str, Figure]:

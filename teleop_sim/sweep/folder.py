@@ -119,6 +119,13 @@ class SweepFolder:
         rows = (row for line in data.split(b"\n") if (row := _checked(line)) is not None)
         return {int(row["cell"]): row for row in rows}
 
+    def count(self, replicate: int) -> int:
+        """About how many runs of a replicate are finished: cheap, for progress."""
+        try:
+            return self.journal(replicate).read_bytes().count(b"\n")
+        except FileNotFoundError:
+            return 0
+
     def rows(self, replicates: int) -> list[Row]:
         """All finished runs by cell and replicate."""
         found = [row for replicate in range(replicates) for row in self.finished(replicate).values()]

@@ -1,24 +1,26 @@
 """A sweep as a value: the scenario, its factors, the cells of its design, how many replicates, and what is kept.
 
-A cell is one setting of all factors; a replicate is one draw of all chance, shared by all cells (common random numbers);
-a run is one of each. The plan is all that decides what a sweep's runs are; who computes them, and in which order, does not.
+A cell is one setting of all factors; a replicate is one draw of all chance, shared by all cells (common random
+numbers); a run is one of each. The plan is all that decides what a sweep's runs are; who computes them, and in which
+order, does not.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from itertools import product
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
-
-import numpy as np
 
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.fingerprint import fingerprint
 from teleop_sim.core.streams import stream
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.schema import Scenario
+from teleop_sim.stats.designs import full_grid, latin_hypercube, sobol_cells
+from teleop_sim.stats.factors import Range, grid_levels
+from teleop_sim.stats.runs import Measure
+from teleop_sim.stats.stopping import StopRule
 from teleop_sim.sweep.factors import Factor, Value
 
 FORMAT: Final = 1
@@ -31,24 +33,23 @@ DETAILS: Final[Mapping[Detail, str]] = {
     "summary": "no logs, only the index",
 }
 
+SAMPLED: Final = {"lhs": latin_hypercube, "sobol": sobol_cells}
+"""Name of a sampled design to what draws it."""
+
 MOST_RUNS: Final = 10_000_000
 """Of one sweep: more is a slip of the finger (assumed)."""
 
 
 @dataclass(frozen=True)
 class Until:
-    """When a cell has enough replicates: its interval is narrow enough.
+    """When a cell has enough replicates: the interval of its measure is narrow enough."""
 
-    Attributes:
-        half_width: of the 95 % interval, as a share of the estimate.
-        measure: of ``teleop_sim.sweep.stopping.MEASURES``.
-        least: replicates before the rule is asked, and between two questions.
+    measure: Measure
+    rule: StopRule
 
-    """
-
-    half_width: float
-    measure: str = "time"
-    least: int = 10
+    def within(self, replicates: int) -> StopRule:
+        """The rule where there are no more than so many replicates."""
+        return replace(self.rule, maximum=replicates, minimum=min(self.rule.minimum, replicates))
 
 
 @dataclass(frozen=True)
@@ -111,49 +112,45 @@ class Plan:
 
     def digest(self) -> str:
         """Of all that decides what the runs are, 16 hexadecimal digits; not of how many there are."""
-        decides = (self.scenario, self.name, self.cells, tuple((f.name, f.keys, f.clears) for f in self.factors), self.seed)
-        return fingerprint(*decides).hex()[:16]
+        axes = tuple((f.name, f.keys, f.clears) for f in self.factors)
+        return fingerprint(self.scenario, self.name, self.cells, axes, self.seed).hex()[:16]
 
 
 def grid(factors: Sequence[Factor]) -> tuple[tuple[Value, ...], ...]:
-    """All combinations, the last factor fastest. Without factors one cell."""
-    refuse_ranges(factors)
-    count = math.prod(len(f.values) for f in factors)
+    """All combinations, the last factor fastest. Without factors one cell.
+
+    Raises:
+        BadInput: two factors of one name, a range without a number of points, or more cells than anybody could run.
+
+    """
+    if not factors:
+        return ((),)
+    levels = [f.designed() for f in factors]
+    count = math.prod(len(grid_levels(f)) for f in levels)
     if count > MOST_RUNS:
-        raise BadInput((Problem("sweep", f"the grid has {count:,} cells", "Give fewer values, or a sampled design."),))
-    return tuple(product(*(f.values for f in factors)))
-
-
-def refuse_ranges(factors: Sequence[Factor]) -> None:
-    """A grid needs values, not ranges."""
-    problems = [
-        Problem(f.name, "is a range to sample from, and the design is a grid", "Add a count: 1kbps:4kbps:4, or --design.")
-        for f in factors
-        if f.sampled
-    ]
-    if problems:
-        raise BadInput(tuple(problems))
+        raise BadInput((Problem("sweep", f"the grid has {count:,} cells", "Give fewer values, or another --design."),))
+    return _cells(factors, full_grid(levels))
 
 
 def sampled(factors: Sequence[Factor], kind: str, count: int, seed: int) -> tuple[tuple[Value, ...], ...]:
-    """``count`` cells of a space-filling design; lists are sampled by equal shares.
+    """``count`` cells of a design that fills the space of the factors; lists are sampled in equal parts.
 
     Args:
-        kind: ``lhs`` (Latin hypercube) or ``sobol`` (scrambled Sobol points; ``count`` a power of two fills best).
+        factors: at least one.
+        kind: of ``SAMPLED``.
+        count: of cells.
+        seed: fixes the design.
 
-    Source: ``scipy.stats.qmc``.
+    Raises:
+        BadInput: what the design refuses.
 
     """
-    from scipy.stats import qmc
-
     rng = stream(seed, 0, f"sweep.design.{kind}")
-    width = len(factors)
-    if kind == "lhs":
-        shares = qmc.LatinHypercube(width, rng=rng).random(count)
-    else:
-        exponent = max(0, math.ceil(math.log2(count)))
-        shares = qmc.Sobol(width, rng=rng).random_base2(exponent)[:count]
-    return tuple(tuple(f.at(float(s)) for f, s in zip(factors, row, strict=True)) for row in np.asarray(shares))
+    return _cells(factors, SAMPLED[kind]([f.designed() for f in factors], count, rng))
+
+
+def _cells(factors: Sequence[Factor], cells: Sequence[Mapping[str, Value]]) -> tuple[tuple[Value, ...], ...]:
+    return tuple(tuple(cell[f.name] for f in factors) for cell in cells)
 
 
 def to_json(plan: Plan) -> dict[str, Any]:
@@ -183,16 +180,16 @@ def from_json(values: Mapping[str, Any]) -> Plan:
         replicates=int(values["replicates"]),
         seed=int(values["seed"]),
         detail=values["detail"],
-        until=None if until is None else Until(float(until["half_width"]), str(until["measure"]), int(until["least"])),
+        until=None if until is None else Until(Measure(**until["measure"]), StopRule(**until["rule"])),
     )
 
 
 def _factor(values: Mapping[str, Any]) -> Factor:
+    levels = values["levels"]
     return Factor(
         name=str(values["name"]),
         keys=tuple(map(str, values["keys"])),
-        values=tuple(_value(v) for v in values["values"]),
-        scale=str(values["scale"]),
+        levels=Range(**levels) if isinstance(levels, dict) else tuple(_value(v) for v in levels),
         clears=tuple(map(str, values["clears"])),
     )
 

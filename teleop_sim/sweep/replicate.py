@@ -100,7 +100,7 @@ def run_cell(plan: Plan, folder: SweepFolder, cell: int, replicate: int, memo: F
     head: Row = {"cell": cell, "replicate": replicate}
     head |= {factor.name: value for factor, value in zip(plan.factors, plan.cells[cell], strict=True)}
     scenario = plan.scenario_of(cell)
-    tail: Row = {"time_limit_s": scenario.time_limit_s, "log": "", "log_bytes": 0, "log_digest": ""}
+    tail: Row = {"limit_s": scenario.time_limit_s, "log": "", "log_bytes": 0, "log_digest": ""}
     try:
         link_plan(scenario, partial(stream, plan.seed, replicate))
     except BadInput as error:

@@ -31,7 +31,7 @@ _DATA: Final = (".csv", ".json", ".py", ".toml")
 
 @cache
 def versions() -> dict[str, str]:
-    """Name to version, of Python, the libraries that can change a byte, and ``code``: a digest of this program's files."""
+    """Name to version: of Python, of the libraries that can change a byte, and ``code``, a digest of our own files."""
     found = {"python": ".".join(map(str, sys.version_info[:3]))}
     for name in LIBRARIES:
         try:
@@ -73,7 +73,7 @@ def git_state() -> str:
 
 
 def _git(root: Path, *arguments: str) -> str:
-    # An installed package may lie in somebody else's repository: its own has the package's folder under version control.
+    # An installed package may lie inside somebody else's repository.
     command = ["git", "-C", str(root), *arguments]
     if not (root / ".git").exists():
         raise OSError("no repository of its own")
