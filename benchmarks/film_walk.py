@@ -8,7 +8,6 @@ The walks are those of ``walk_study.py``. Needs EGL, see ``film.py``.
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,21 +15,19 @@ import numpy as np
 # First: it chooses EGL before mujoco is loaded.
 from film import sheet, shoot, soften  # isort: skip
 import mujoco
-from walk_study import goal_of, ranges_of
+from walk_study import disturbances_of, goal_of, ranges_of
 
-from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Walk
 from teleop_sim.robot.episode import NoiseKey, perform
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.world.bare import BareFloor
-from teleop_sim.world.disturbance_draw import draw_disturbances
 from teleop_sim.world.plant import Plant
 
 
 def walked(robot: str, seed: int, every_s: float, size: int, out: Path) -> Path:
     goal = goal_of(seed)
-    what = draw_disturbances(partial(stream, seed, 0), ranges_of(robot), ((0.0, 0.0, 0.0), (goal[0], goal[1], 0.0)))
+    what = disturbances_of(robot, seed, ranges_of(robot))
     spec = ROBOTS[robot]()
     plant = Plant(spec.model, BareFloor(), disturbances=what)
     body = Body(spec, plant)

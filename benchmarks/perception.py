@@ -30,7 +30,7 @@ from teleop_sim.world import console, contact, dish, dish_draw
 from teleop_sim.world.bare import BareFloor
 from teleop_sim.world.light import Light
 from teleop_sim.world.plant import Plant
-from teleop_sim.world.sense_errors import EXACT, SenseErrors, SenseRanges, draw_sense_errors
+from teleop_sim.world.sense_errors import EXACT, CalibrationSpread, SenseErrors, draw_sense_errors
 
 DUSK = Light((0.85, 0.3, math.sqrt(1 - 0.85**2 - 0.3**2)), (0.25, 0.2, 0.15), 0.1)
 DARK = Light((0.85, 0.3, math.sqrt(1 - 0.85**2 - 0.3**2)), (0.06, 0.05, 0.04), 0.03)
@@ -137,8 +137,8 @@ def _about(axis: int, angle: float) -> np.ndarray:
 
 
 def _calibration(case: Case, rng: np.random.Generator) -> SenseErrors:
-    usual, x = SenseRanges(), case.calibration
-    ranges = SenseRanges(
+    usual, x = CalibrationSpread(), case.calibration
+    ranges = CalibrationSpread(
         *(x * v for v in (usual.turn_rad, usual.shift_m, usual.spindle_rad, usual.focal, usual.baseline))
     )
     return draw_sense_errors(lambda _: rng, ranges) if x else EXACT

@@ -25,11 +25,15 @@ from teleop_sim.robot.episode import NoiseKey, perform
 from teleop_sim.robot.gait import body_between, wrap
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.world.bare import BareFloor
-from teleop_sim.world.disturbance_draw import DisturbanceRanges, draw_disturbances
+from teleop_sim.world.disturbance_draw import Ground, draw_disturbances
+from teleop_sim.world.disturbance_ranges import DisturbanceRanges, PlateRanges, PushRanges
+from teleop_sim.world.disturbances import Disturbances
 from teleop_sim.world.plant import Plant
 
-HARD = DisturbanceRanges(floor_friction=(0.4, 1.0), mass_error=0.05, com_error_m=0.01, push_n=20.0, bump_m=0.02)
-SMALL = {"thormang3": replace(HARD, bump_m=0.01)}
+PUSHES = PushRanges(force_n=(20.0, 20.0), duration_s=(0.2, 0.2))
+HARD = DisturbanceRanges(floor_friction=(0.4, 1.0), pushes=PUSHES, bumps=PlateRanges(height_m=(0.02, 0.02)))
+SMALL = {"thormang3": replace(HARD, bumps=PlateRanges(height_m=(0.01, 0.01)))}
+MASS_ERROR, COM_ERROR_M = 0.05, 0.01
 ARRIVED_M, ARRIVED_RAD = 0.05, math.radians(3.0)
 
 
@@ -60,10 +64,19 @@ def ranges_of(robot: str) -> DisturbanceRanges:
     return SMALL.get(robot, HARD)
 
 
+def disturbances_of(robot: str, seed: int, ranges: DisturbanceRanges) -> Disturbances:
+    """One trial's, with masses and centre of mass in which small errors are likelier than great ones."""
+    streams, goal, model = partial(stream, seed, 0), goal_of(seed), ROBOTS[robot]().model
+    what = draw_disturbances(streams, ranges, Ground(((0.0, 0.0), goal[:2]), BareFloor().friction), model)
+    rng = streams("disturbances.body")
+    share, com = rng.uniform(-1.0, 1.0), rng.normal(0.0, COM_ERROR_M, 3)
+    x, y, z = (float(v) for v in com)
+    return replace(what, mass_factor=1.0 + share * MASS_ERROR, com_error_m=(x, y, z))
+
+
 def walk_once(robot: str, seed: int, ranges: DisturbanceRanges | None = None) -> Walked:
     spec, goal = ROBOTS[robot](), goal_of(seed)
-    way = ((0.0, 0.0, 0.0), (goal[0], goal[1], 0.0))
-    what = draw_disturbances(partial(stream, seed, 0), ranges or ranges_of(robot), way)
+    what = disturbances_of(robot, seed, ranges or ranges_of(robot))
     body = Body(spec, Plant(spec.model, BareFloor(), disturbances=what))
     episode = perform(body, Walk((goal,)), body.standing(), NoiseKey(seed, 0, 1))
     x, y, yaw = body_between(body.feet())
@@ -72,7 +85,7 @@ def walk_once(robot: str, seed: int, ranges: DisturbanceRanges | None = None) ->
 
 
 def study(robot: str, seeds: range, jobs: int, push_s: float) -> list[Walked]:
-    ranges = replace(ranges_of(robot), push_s=push_s)
+    ranges = replace(ranges_of(robot), pushes=replace(PUSHES, duration_s=(push_s, push_s)))
     with ProcessPoolExecutor(jobs) as pool:
         return list(pool.map(partial(walk_once, robot, ranges=ranges), seeds))
 
@@ -83,7 +96,7 @@ def main() -> None:
     parser.add_argument("--walks", type=int, default=60)
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--push-s", type=float, default=HARD.push_s)
+    parser.add_argument("--push-s", type=float, default=PUSHES.duration_s[0])
     told = parser.parse_args()
     print("| robot | arrived | fell | off | fell, but told as arrived | worst miss cm | worst heading deg | median s |")
     print("|---|---|---|---|---|---|---|---|")

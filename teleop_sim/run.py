@@ -26,9 +26,9 @@ from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
+from teleop_sim.robot.hands import robot_of
 from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
-from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.scenarios.links import link_plan
 from teleop_sim.scenarios.objects import (
@@ -196,7 +196,7 @@ def _versions() -> str:
 
 @cache
 def _robot_spec(name: str) -> RobotSpec:
-    return ROBOTS[name]()
+    return robot_of(name)
 
 
 class _Bench:

@@ -72,11 +72,16 @@ class Body:
         self.upper_names = spec.upper
         dof = dofs(plant)
         self.hands = tuple(side for side in SIDES if any(mount.side == side for mount in spec.model.hands))
-        self._jaws = {side: [f"{side}Jaw{i}" for i in (0, 1)] for side in self.hands}
-        strokes = {mount.side: mount.cage.stroke_m for mount in spec.model.hands}
+        parts = {mount.side: mount.hand.parts for mount in spec.model.hands}
+        self._jaws = {side: [f"{side}{part.name}" for part in parts[side]] for side in self.hands}
         self._jaw_controls = tuple(
-            (dof[name] - 6, strokes[side], SIDES.index(side)) for side in self.hands for name in self._jaws[side]
+            (dof[name] - 6, part.drive.open_q, part.drive.shut_q - part.drive.open_q, SIDES.index(side))
+            for side in self.hands
+            for name, part in zip(self._jaws[side], parts[side], strict=True)
         )
+        for side in self.hands:
+            for name, part in zip(self._jaws[side], parts[side], strict=True):
+                plant.set_angle(name, part.drive.open_q)
         self._jaw_touch = {side: [plant.sensor(f"{name}_touch") for name in self._jaws[side]] for side in self.hands}
         self._joint_qpos = np.array([int(model.joint(n).qposadr[0]) for n in self.joint_names])
         foot = spec.model.description.sole
@@ -253,13 +258,12 @@ class Body:
         return math.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1])
 
     def hand_force(self, side: Side) -> float:
-        """Sum of the touch sensors on the hand's bars [N]."""
+        """Sum of the touch sensors on what closes in the hand [N]."""
         return float(sum(reading[0] for reading in self._jaw_touch[side]))
 
-    def jaw_gap(self, side: Side) -> tuple[float, float]:
-        """Measured positions of the hand's jaws [m], 0 open."""
-        a, b = (self.plant.angle(name) for name in self._jaws[side])
-        return a, b
+    def jaw_gap(self, side: Side) -> tuple[float, ...]:
+        """Measured positions of the joints of a hand [m or rad]; a cage's jaws are at 0 when open."""
+        return tuple(self.plant.angle(name) for name in self._jaws[side])
 
     def status(self) -> dict[str, float]:
         """The task's status message, as last sent to the robot."""
@@ -311,8 +315,8 @@ class Body:
         rate = self._still if reference.rate is None else reference.rate
         torque = self._still if reference.torque is None else reference.torque
         law.tick(row, self._figures, self._memory, reference.posture, rate, torque, *self._arrays)
-        for place, stroke, side in self._jaw_controls:
-            self._controls[place] = stroke * reference.jaws[side]
+        for place, open_q, stroke, side in self._jaw_controls:
+            self._controls[place] = open_q + stroke * reference.jaws[side]
         plant.end_tick()
         self.posture, self.jaws = reference.posture, reference.jaws
         self.fallen = self.has_fallen()

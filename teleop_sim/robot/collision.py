@@ -19,9 +19,10 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.crank_scene import HANDLE, Thing
+from teleop_sim.robot.hands import robot_of
 from teleop_sim.robot.kinematics import Kinematics, kinematics_of
-from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.world import contact
+from teleop_sim.world.hand_parts import opened
 from teleop_sim.world.robot_model import HandMount, Shape
 
 ROW_RAD = 0.06
@@ -113,7 +114,7 @@ def _bits(settings: dict[str, Any]) -> tuple[int, int]:
 
 @functools.cache
 def _robot_geoms(robot: str) -> tuple[_Geom, ...]:
-    kinematics, model = kinematics_of(robot), ROBOTS[robot]().model
+    kinematics, model = kinematics_of(robot), robot_of(robot).model
     geoms = [_shape_geom(kinematics, shape) for shape in model.shapes]
     for mount in model.hands:
         geoms += _hand_geoms(kinematics, mount)
@@ -131,16 +132,19 @@ def _shape_geom(kinematics: Kinematics, shape: Shape) -> _Geom:
 
 
 def _hand_geoms(kinematics: Kinematics, mount: HandMount) -> list[_Geom]:
-    cage, joint, side = mount.cage, kinematics.carriers[mount.palm], mount.side
+    joint, side = kinematics.carriers[mount.palm], mount.side
     tool, bits = pin.SE3(mount.rotation, mount.position_m), _bits(contact.hand_of(side))
-    flange = tool * pin.SE3(np.eye(3), np.array([0.0, 0.0, cage.body_z_m]))
-    geoms = [_Geom(f"{side}Flange", joint, flange, coal.Cylinder(cage.body_radius_m, 2 * cage.body_half_m), bits)]
-    x, y = cage.bar_offset_m
-    length_m, middle_m = cage.bar_bottom_m - cage.bar_top_m, (cage.bar_bottom_m + cage.bar_top_m) / 2
-    for i, sign in enumerate((1.0, -1.0)):
-        for j, yj in enumerate((y, -y)):
-            bar = tool * pin.SE3(np.eye(3), np.array([sign * x, yj, middle_m]))
-            geoms.append(_Geom(f"{side}Bar{i}{j}", joint, bar, coal.Capsule(cage.bar_radius_m, length_m), bits))
+    geoms = []
+    for placed in opened(mount.hand):
+        at, solid = tool * pin.SE3(placed.rotation, placed.position_m), placed.solid
+        a, b = np.array(solid.a_m), np.array(solid.b_m)
+        if solid.kind == "capsule":
+            at, shape = at * _between(a, b), coal.Capsule(solid.radius_m, float(np.linalg.norm(b - a)))
+        elif solid.kind == "box":
+            at, shape = at * pin.SE3(np.eye(3), a), coal.Box(*(2 * b))
+        else:
+            at, shape = at * pin.SE3(np.eye(3), a), coal.Cylinder(solid.radius_m, 2 * float(b[2]))
+        geoms.append(_Geom(f"{side}{solid.name}", joint, at, shape, bits))
     return geoms
 
 

@@ -12,6 +12,8 @@ from typing import Literal
 
 import numpy as np
 
+from teleop_sim.robot.affordance import Affordance, Usability
+
 Side = Literal["left", "right"]
 Vector = tuple[float, float, float]
 PlanarPose = tuple[float, float, float]
@@ -165,8 +167,25 @@ class Posture:
 
 
 @dataclass(frozen=True)
+class Act:
+    """Move what the hand holds along an affordance, from where it is, by ``amount`` [m or rad].
+
+    ``usability``: a frame of the held thing that takes the hand's place; without one the thing in the hand guides it,
+    and the hand gives way sideways. ``force_limit_n``: of the wrist's force beyond the weight of what it carries.
+    Ends ``reached``, ``force_limit``, ``no_motion``, ``grip_lost``, ``timed_out`` or ``no_plan``.
+    """
+
+    side: Side
+    affordance: Affordance
+    amount: float
+    usability: Usability | None = None
+    force_limit_n: float = 80.0
+    time_limit_s: float = 120.0
+
+
+@dataclass(frozen=True)
 class Stop:
     """End what the body is doing: finish the step under way, then stand."""
 
 
-Command = Walk | Step | Look | Scan | Detect | Reach | Grip | Follow | Release | Nudge | Posture | Stop
+Command = Act | Walk | Step | Look | Scan | Detect | Reach | Grip | Follow | Release | Nudge | Posture | Stop

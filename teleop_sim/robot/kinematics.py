@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.commands import Side
-from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.hands import robot_of
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.world.description import Description, Joint, Link, inertia_matrix, rotation_rpy
 from teleop_sim.world.robot_model import HandMount, RobotModel, Shape
@@ -105,7 +105,7 @@ class Kinematics:
 @functools.cache
 def kinematics_of(robot: str) -> Kinematics:
     """The planning model of a robot by its description's name."""
-    return build(ROBOTS[robot]())
+    return build(robot_of(robot))
 
 
 def build(spec: RobotSpec) -> Kinematics:
@@ -187,12 +187,8 @@ def _add_sole(model: Any, ankle: int, description: Description, foot: str) -> in
 
 
 def _add_hand(model: Any, palm: int, mount: HandMount) -> int:
-    cage, placement = mount.cage, pin.SE3(mount.rotation, mount.position_m)
-    flange = pin.Inertia.FromCylinder(cage.body_mass_kg, cage.body_radius_m, 2 * cage.body_half_m)
-    model.appendBodyToJoint(palm, flange, placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, cage.body_z_m])))
-    # Four bars as one cylinder as wide as the open cage: exact in mass and centre, near enough in inertia.
-    middle = np.array([0.0, 0.0, (cage.bar_top_m + cage.bar_bottom_m) / 2])
-    width_m, length_m = cage.bar_offset_m[0], cage.bar_bottom_m - cage.bar_top_m
-    bars = pin.Inertia.FromCylinder(4 * cage.bar_mass_kg, width_m, length_m)
-    model.appendBodyToJoint(palm, bars, placement * pin.SE3(np.eye(3), middle))
+    placement = pin.SE3(mount.rotation, mount.position_m)
+    for lump in mount.hand.lumps:
+        inertia = pin.Inertia.FromCylinder(lump.mass_kg, lump.radius_m, lump.length_m)
+        model.appendBodyToJoint(palm, inertia, placement * pin.SE3(np.eye(3), np.array(lump.at_m)))
     return int(model.addFrame(pin.Frame(mount.side + "Tool", palm, placement, pin.FrameType.OP_FRAME)))

@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 from teleop_sim.core.errors import UnknownName
 from teleop_sim.robot.commands import Side
+from teleop_sim.robot.hands import base_name
 
 
 @dataclass(frozen=True)
@@ -63,17 +64,19 @@ CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
 
 
 def crank_stand(robot: str) -> CrankStand:
-    """The stand of a robot.
+    """The stand of a robot, whichever hands it has (``teleop_sim.robot.hands``).
 
     Raises:
         UnknownName: nobody has found one for it.
 
     """
-    if robot not in CRANK_STANDS:
-        raise UnknownName("stand at a crank", robot, tuple(CRANK_STANDS))
-    return CRANK_STANDS[robot]
+    name = base_name(robot)
+    if name not in CRANK_STANDS:
+        raise UnknownName("stand at a crank", name, tuple(CRANK_STANDS))
+    return CRANK_STANDS[name]
 
 
 def rest_of(robot: str) -> Mapping[str, float]:
     """Joints of a robot that a hand's search draws elsewhere than to the walking posture [rad], if any."""
-    return CRANK_STANDS[robot].rest if robot in CRANK_STANDS else {}
+    name = base_name(robot)
+    return CRANK_STANDS[name].rest if name in CRANK_STANDS else {}

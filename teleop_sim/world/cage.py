@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from teleop_sim.world.hand_parts import ORIGIN, Drive, HandPart, Lump, Solid
+
 
 @dataclass(frozen=True)
 class CageHand:
@@ -70,3 +72,60 @@ class CageHand:
     def mass_kg(self) -> float:
         """Of the whole cage: flange and four bars."""
         return self.body_mass_kg + 4 * self.bar_mass_kg
+
+    @property
+    def fixed(self) -> tuple[Solid, ...]:
+        """The flange."""
+        return (flange(self.body_z_m, self.body_radius_m, self.body_half_m, self.body_mass_kg),)
+
+    @property
+    def parts(self) -> tuple[HandPart, ...]:
+        """Two jaws of two bars."""
+        return tuple(self._jaw(i, sign) for i, sign in enumerate((1.0, -1.0)))
+
+    def _jaw(self, i: int, sign: float) -> HandPart:
+        x, y = self.bar_offset_m
+        bars = tuple(
+            Solid(
+                f"Bar{i}{j}",
+                "capsule",
+                (sign * x, yj, self.bar_top_m),
+                (sign * x, yj, self.bar_bottom_m),
+                self.bar_radius_m,
+                self.bar_mass_kg,
+            )
+            for j, yj in enumerate((y, -y))
+        )
+        drive = Drive(
+            rotary=False,
+            axis=(-sign, 0.0, 0.0),
+            lower=0.0,
+            upper=self.stroke_m,
+            open_q=0.0,
+            shut_q=self.stroke_m,
+            kp=self.kp_n_m,
+            kv=self.kv_ns_m,
+            limit=self.force_n,
+            damping=self.damping_ns_m,
+            armature=self.armature_kg,
+        )
+        return HandPart(f"Jaw{i}", "", ORIGIN, np.eye(3), drive, bars)
+
+    @property
+    def lumps(self) -> tuple[Lump, ...]:
+        """The flange, and four bars as one cylinder as wide as the open cage."""
+        middle_m = (self.bar_top_m + self.bar_bottom_m) / 2
+        return (
+            Lump(self.body_mass_kg, (0.0, 0.0, self.body_z_m), self.body_radius_m, 2 * self.body_half_m),
+            Lump(
+                4 * self.bar_mass_kg,
+                (0.0, 0.0, middle_m),
+                self.bar_offset_m[0],
+                self.bar_bottom_m - self.bar_top_m,
+            ),
+        )
+
+
+def flange(z_m: float, radius_m: float, half_m: float, mass_kg: float) -> Solid:
+    """The cylinder about tool z that carries jaws."""
+    return Solid("Flange", "cylinder", (0.0, 0.0, z_m), (0.0, 0.0, half_m), radius_m, mass_kg)

@@ -19,11 +19,13 @@ from teleop_sim.world.contact import ROBOT_GROUP
 from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import RobotModel, add_robot
+from teleop_sim.world.timers import stop_timers
 
 TIMESTEP_S = 0.004
 TICK_S = 0.02
 GRAVITY_M_S2 = 9.81
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+stop_timers()
 
 
 class Scenery(Protocol):
@@ -102,7 +104,7 @@ class Plant:
         self._push = self.data.xfrc_applied[self.model.body(robot.trunk).id, :3]
         names = [joint.name for joint in robot.description.depth_first()]
         self.robot_joints: tuple[str, ...] = tuple(names)
-        self.nv_robot = 6 + len(names) + 2 * len(robot.hands)
+        self.nv_robot = 6 + len(names) + sum(len(mount.hand.parts) for mount in robot.hands)
         self.joint_names: tuple[str, ...] = tuple(
             self.model.joint(i).name for i in range(self.model.njnt) if self.model.jnt_type[i] != 0
         )

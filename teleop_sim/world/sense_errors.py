@@ -57,7 +57,7 @@ EXACT = SenseErrors()
 
 
 @dataclass(frozen=True, slots=True)
-class SenseRanges:
+class CalibrationSpread:
     """Standard deviations of what calibration leaves over (assumed: a head calibrated with a board, once).
 
     Attributes:
@@ -71,7 +71,7 @@ class SenseRanges:
     baseline: float = 0.005
 
 
-def draw_sense_errors(streams: Callable[[str], np.random.Generator], ranges: SenseRanges) -> SenseErrors:
+def draw_sense_errors(streams: Callable[[str], np.random.Generator], ranges: CalibrationSpread) -> SenseErrors:
     """Draw one robot's calibration; whatever is zero moves no other draw."""
     rng = streams("disturbances.senses")
     camera, lidar, rest = rng.normal(size=(2, 3)), rng.normal(size=(2, 3)), rng.normal(size=3)
@@ -84,7 +84,7 @@ def draw_sense_errors(streams: Callable[[str], np.random.Generator], ranges: Sen
     )
 
 
-def _misalignment(drawn: np.ndarray, ranges: SenseRanges) -> Misalignment:
+def _misalignment(drawn: np.ndarray, ranges: CalibrationSpread) -> Misalignment:
     turn, shift = ranges.turn_rad * drawn[0], ranges.shift_m * drawn[1]
     return Misalignment(
         (float(turn[0]), float(turn[1]), float(turn[2])), (float(shift[0]), float(shift[1]), float(shift[2]))

@@ -23,9 +23,9 @@ from teleop_sim.world.bare import BareFloor
 from teleop_sim.world.disturbances import CALM
 from teleop_sim.world.plant import Plant
 from teleop_sim.world.sense_errors import (
+    CalibrationSpread,
     Misalignment,
     SenseErrors,
-    SenseRanges,
     draw_sense_errors,
 )
 
@@ -359,10 +359,10 @@ def test_nothing_wrong_changes_nothing_and_draws_have_their_spread():
     plain = lidar.half_turn(scene, pose, np.random.default_rng(0))
     assert (plain == lidar.half_turn(scene, pose, np.random.default_rng(0), errors=SenseErrors())).all()
     assert CALM.senses == SenseErrors()
-    drawn = [draw_sense_errors(lambda _, k=k: np.random.default_rng(k), SenseRanges()) for k in range(400)]
+    drawn = [draw_sense_errors(lambda _, k=k: np.random.default_rng(k), CalibrationSpread()) for k in range(400)]
     turns = np.array([d.camera.turn_rad + d.lidar.turn_rad for d in drawn])
     # 2400 draws: a standard deviation is known to 1.4 %; four times that.
-    assert turns.std() == pytest.approx(SenseRanges().turn_rad, rel=0.06)
+    assert turns.std() == pytest.approx(CalibrationSpread().turn_rad, rel=0.06)
     assert np.mean([d.focal for d in drawn]) == pytest.approx(1.0, abs=4 * 0.003 / 20)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from teleop_sim.robot.commands import (
+    Act,
     Detect,
     Follow,
     Grip,
@@ -17,6 +18,7 @@ from teleop_sim.robot.commands import (
     Walk,
 )
 from teleop_sim.robot.skill import Skill
+from teleop_sim.robot.skills.act import act
 from teleop_sim.robot.skills.follow import follow
 from teleop_sim.robot.skills.grip import grip
 from teleop_sim.robot.skills.nudge import nudge
@@ -27,6 +29,7 @@ from teleop_sim.robot.skills.sensing import detect, scan
 from teleop_sim.robot.skills.walking import step, stop, walk
 
 SKILLS: dict[type, Skill] = {
+    Act: act,
     Detect: detect,
     Follow: follow,
     Grip: grip,

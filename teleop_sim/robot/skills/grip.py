@@ -34,11 +34,11 @@ FELT_N = 6.0
 
 @dataclass(frozen=True)
 class GripReport:
-    """Peak force in the hand during the tug one way and the other [N], and the jaws' positions [m]."""
+    """Peak force in the hand during the tug one way and the other [N], and the hand's joints [m or rad]."""
 
     forward_n: float
     back_n: float
-    jaws_m: tuple[float, float]
+    jaws: tuple[float, ...]
 
 
 def grip(body: Body, command: Grip, rng: np.random.Generator) -> Motion:

@@ -1,0 +1,294 @@
+"""Trials at the bench: pull a slide 0.2 m, turn a wheel by 90 degrees, drive a screw two turns, trace with a held rod.
+
+python benchmarks/affordance_study.py [--robots valkyrie] [--things slide,wheel,screw] [--trials 20] [--errors 0,1,2,4]
+python benchmarks/affordance_study.py --force-limit      a thing that is stuck
+python benchmarks/affordance_study.py --rod              tip errors of a line and a circle
+
+The robot stands before the bench, the bench off its nominal place by 2 cm and 3 degrees (standard deviations). It takes
+the handle where its template says, which is off by a normal error in each direction and 1 degree a centimetre about
+each axis; then one ``Act``. Done is: told as reached, truly within ``WITHIN``, upright after letting go.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from teleop_sim.robot.affordance import Affordance, Usability, rotated
+from teleop_sim.robot.affordance_table import with_tool
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.chain_ik import Target, search, two_stage
+from teleop_sim.robot.collision import Collisions
+from teleop_sim.robot.commands import Act
+from teleop_sim.robot.episode import Episode, NoiseKey, perform
+from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.skill import Tick
+from teleop_sim.robot.skills.manipulate import (
+    JAW_OPEN,
+    JAW_SHUT,
+    Arm,
+    Ticks,
+    arm_of,
+    follow_path,
+    hold,
+    move_jaws,
+    plan_stance,
+    rest_posture,
+    straight_path,
+)
+from teleop_sim.robot.ways import drawn_back, free_way
+from teleop_sim.world.bench_scene import ROD_KG, ROD_LENGTH_M, Bench, Thing, amount, rod_tip
+from teleop_sim.world.plant import Plant
+
+SIDE = "left"
+ASKED: dict[Thing, float] = {"slide": 0.2, "wheel": math.pi / 2, "screw": 4 * math.pi}
+WITHIN: dict[Thing, float] = {"slide": 0.02, "wheel": math.radians(10.0), "screw": math.radians(20.0)}
+LIFT_M = 0.10
+SINK_M = 0.008
+STANCE_M, STANCE_RAD = 0.02, math.radians(3.0)
+TILT_RAD_M = math.radians(1.0) / 0.01
+
+PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
+    "valkyrie": {
+        "slide": (0.65, 0.30, 0.85),
+        "wheel": (0.56, 0.30, 0.81),
+        "screw": (0.56, 0.30, 0.81),
+        "rod": (0.55, 0.30, 0.90),
+    },
+    "atlas": {
+        "slide": (0.82, 0.25, 0.85),
+        "wheel": (0.75, 0.25, 0.81),
+        "screw": (0.75, 0.25, 0.81),
+        "rod": (0.65, 0.25, 0.90),
+    },
+    "thormang3": {
+        "slide": (0.45, 0.22, 0.60),
+        "wheel": (0.42, 0.22, 0.60),
+        "screw": (0.42, 0.22, 0.60),
+        "rod": (0.42, 0.22, 0.60),
+    },
+}
+"""Where each robot has a bench, from the middle of its feet: found by asking the inverse kinematics."""
+
+RESIST_N = (5.0, 20.0)
+"""At the handle."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One cell of the study."""
+
+    robot: str
+    thing: Thing
+    error_m: float = 0.0
+    resist_n: tuple[float, float] = RESIST_N
+    force_limit_n: float = 80.0
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One trial: what was told, how far the thing truly went and how far it was felt to, forces, time."""
+
+    seed: int
+    told: str
+    asked: float
+    true: float
+    felt: float
+    peak_n: float
+    aside_m: float
+    resist_n: float
+    duration_s: float
+    within: float
+
+    @property
+    def done(self) -> bool:
+        return self.told == "reached" and abs(self.true - self.asked) <= self.within
+
+    @property
+    def why(self) -> str:
+        return "" if self.done else (f"{self.told}, thing off" if self.told == "reached" else self.told)
+
+
+def bench_of(setting: Setting, rng: np.random.Generator) -> Bench:
+    """The bench where it stands; all draws are made whatever the setting."""
+    dx, dy, dyaw, resist, grip, start = (*rng.normal(0.0, 1.0, 3), *rng.uniform(0.0, 1.0, 3))
+    x, y, z = PLACES[setting.robot][setting.thing]
+    place = (x + STANCE_M * dx, y + STANCE_M * dy, z)
+    low, high = setting.resist_n
+    resist_n = low + (high - low) * resist
+    bench = Bench(thing=setting.thing, place=place, yaw_rad=STANCE_RAD * dyaw, grip=0.4 + 0.6 * grip)
+    force = resist_n if setting.thing == "slide" else resist_n * bench.orbit_m
+    start_rad = 0.0 if setting.thing in ("slide", "rod") else float(start) * 2 * math.pi
+    return replace(bench, resist=float(force), start_rad=start_rad)
+
+
+def motion_of(bench: Bench) -> Affordance:
+    """How the thing truly moves."""
+    axes = bench.axes()
+    if bench.thing == "slide":
+        way = axes @ np.array([math.cos(bench.way_rad), math.sin(bench.way_rad), 0.0])
+        return Affordance("linear", triple(way))
+    if bench.thing == "wheel":
+        return Affordance("circular", triple(axes[:, 2]), bench.place)
+    return Affordance("screw", triple(axes[:, 2]), bench.place, pitch_m=bench.pitch_m)
+
+
+def mistaken(affordance: Affordance, off: np.ndarray, tilt: np.ndarray) -> Affordance:
+    """The affordance of a template that is off by ``off`` [m] and turned by ``tilt`` [rad]."""
+    axis = tilted(np.array(affordance.axis), tilt)
+    return replace(affordance, axis=triple(axis), origin=triple(np.array(affordance.origin) + off))
+
+
+def tilted(vector: np.ndarray, tilt: np.ndarray) -> np.ndarray:
+    angle = float(np.linalg.norm(tilt))
+    return vector if angle == 0.0 else rotated(tilt / angle, angle, vector)
+
+
+def triple(vector: np.ndarray) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+class Trial:
+    """A robot at a bench."""
+
+    def __init__(self, setting: Setting, seed: int) -> None:
+        self.setting, self.seed = setting, seed
+        self.rng = np.random.default_rng((seed, 71))
+        self.bench = bench_of(setting, self.rng)
+        spec = ROBOTS[setting.robot]()
+        self.body = Body(spec, Plant(spec.model, self.bench))
+        self.body.load(self.body.standing())
+        self.state = self.body.save()
+        self.frames: list[tuple[float, np.ndarray]] = []
+        self.ticks = 0
+        self.off = self.rng.normal(0.0, 1.0, 3) * setting.error_m
+        self.tilt = self.rng.normal(0.0, 1.0, 3) * setting.error_m * TILT_RAD_M
+        self.play(hold(self.arm(), 0.6, (0.0, 0.0)))
+
+    def arm(self) -> Arm:
+        return arm_of(self.body, SIDE)
+
+    def play(self, ticks: Ticks) -> bool:
+        """Ticks outside a command. Returns whether the robot still stands."""
+        return all(self.tick(reference) for reference in ticks)
+
+    def tick(self, reference: Tick) -> bool:
+        upright = self.body.tick(reference)
+        self.ticks += 1
+        if self.ticks % 5 == 0:
+            self.frames.append((self.ticks * self.body.tick_s, self.body.plant.data.qpos.copy()))
+        return upright
+
+    def take(self) -> str:
+        """Bring the open hand over the handle, down to it, and close it. Return what went wrong, or nothing."""
+        pointing = tilted(-self.bench.axes()[:, 2], self.tilt)
+        place = self.bench.handle() + self.off + SINK_M * pointing
+        self.body.set_stand()
+        arm, jaws = self.arm(), (JAW_OPEN, JAW_OPEN)
+        now, stance = plan_stance(arm)
+        rest = rest_posture(arm, stance)
+        target = Target(place, pointing)
+        for _, solver in two_stage(arm.kinematics, SIDE, stance, rest):
+            found = search(solver, rest, target, np.random.default_rng(0))
+            if found.within(0.003, 0.1):
+                break
+        if not found.within(0.012, 0.3):
+            return "no_plan"
+        path, lifted = straight_path(solver, found.q, target, -LIFT_M * pointing, rows=9)
+        back = lambda: drawn_back(solver, path[-1])  # noqa: E731
+        way = free_way(Collisions(arm.robot, ()), solver.settle(now), path[-1], rest, back)
+        for piece, seconds in ((way.q, 2.0), (path[::-1][1:], 1.5)):
+            if not self.play(follow_path(arm, piece[:, arm.upper], seconds, jaws)):
+                return "fell"
+        done = self.play(hold(arm, 0.3, jaws)) and self.play(move_jaws(arm, JAW_SHUT, 0.6))
+        return "" if done and self.play(hold(arm, 0.3, arm.jaws(JAW_SHUT))) else "fell"
+
+    def do(self, command: Act) -> Episode:
+        self.body.set_stand()
+        episode = perform(self.body, command, self.body.save(), NoiseKey(self.seed, 0, 1))
+        self.body.load(episode.end)
+        return episode
+
+    def let_go(self) -> bool:
+        """Open the hand and draw it back along its approach axis. Returns whether the robot still stands."""
+        arm, jaws = self.arm(), (JAW_OPEN, JAW_OPEN)
+        if not self.play(move_jaws(arm, JAW_OPEN, 0.5)):
+            return False
+        now, stance = plan_stance(arm)
+        rotation, position = arm.hand()
+        target = Target(position, rotation[:, 2])
+        _, (_, solver) = two_stage(arm.kinematics, SIDE, stance, rest_posture(arm, stance))
+        path, _ = straight_path(solver, now, target, -LIFT_M * rotation[:, 2], rows=9)
+        return self.play(follow_path(arm, path[:, arm.upper], 1.5, jaws)) and self.play(hold(arm, 0.3, jaws))
+
+    def run(self) -> Tried:
+        setting, thing = self.setting, self.setting.thing
+        wanted, arm_m = ASKED[thing], 1.0 if thing == "slide" else self.bench.orbit_m
+        told, felt, peak_n, aside_m, seconds = self.take(), math.nan, math.nan, math.nan, math.nan
+        before = amount(self.body.plant, thing)
+        if not told:
+            motion = mistaken(motion_of(self.bench), self.off, self.tilt)
+            episode = self.do(Act(SIDE, motion, wanted, force_limit_n=setting.force_limit_n))
+            told, seconds = episode.outcome, episode.duration_s
+            if episode.data is not None:
+                felt, peak_n, aside_m = episode.data.amount, episode.data.peak_n, episode.data.aside_m
+        true = amount(self.body.plant, thing) - before
+        if told != "fell" and not self.let_go():
+            told = "fell"
+        resist_n = self.bench.resist / arm_m
+        return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, resist_n, seconds, WITHIN[thing])
+
+
+def tried(setting: Setting, seed: int) -> Tried:
+    return Trial(setting, seed).run()
+
+
+HEAD = (
+    "| robot | thing | error cm | done | worst miss | felt off | peak N | led aside cm | s | else |\n"
+    "|---|---|---|---|---|---|---|---|---|---|"
+)
+
+
+def line(setting: Setting, trials: list[Tried]) -> str:
+    """One row of the table."""
+    done = [t for t in trials if t.done]
+    scale, unit = (1e3, "mm") if setting.thing == "slide" else (180.0 / math.pi, "°")
+    miss = scale * max((abs(t.true - t.asked) for t in done), default=math.nan)
+    off = scale * max((abs(t.felt - t.true) for t in done), default=math.nan)
+    peak_n, aside_cm = max((t.peak_n for t in done), default=math.nan), 100 * max((t.aside_m for t in done), default=0)
+    seconds = float(np.median([t.duration_s for t in done])) if done else math.nan
+    causes = Counter(t.why for t in trials if not t.done)
+    told = "; ".join(f"{n} {why}" for why, n in causes.most_common(5))
+    return (
+        f"| {setting.robot} | {setting.thing} | {100 * setting.error_m:.0f} | {len(done)}/{len(trials)} |"
+        f" {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} | {seconds:.0f} | {told} |"
+    )
+
+
+def main() -> None:
+    """Run the study and print it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--robots", default=",".join(PLACES))
+    parser.add_argument("--things", default="slide,wheel,screw")
+    parser.add_argument("--errors", default="0,1,2,4", help="cm")
+    parser.add_argument("--trials", type=int, default=20)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1)
+    told = parser.parse_args()
+    seeds = range(told.first_seed, told.first_seed + told.trials)
+    print(HEAD)
+    with ProcessPoolExecutor(told.jobs) as pool:
+        for robot in told.robots.split(","):
+            for thing in told.things.split(","):
+                for error in told.errors.split(","):
+                    setting = Setting(robot, thing, float(error) / 100)
+                    print(line(setting, list(pool.map(tried, [setting] * len(seeds), seeds))), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,172 @@
+"""Postures for a hand, or a tool in it, that moves along a line, a circle or a screw: computed once, then streamed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+
+from teleop_sim.robot.affordance import Affordance, Usability, course, metres_per_unit, moved, turned
+from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, two_stage
+from teleop_sim.robot.commands import Side
+from teleop_sim.robot.kinematics import Kinematics
+
+SPACING_M, SPACING_RAD = 0.01, 0.13
+"""Between two rows: a chord of 7.5 degrees (as the crank's table has) or 1 cm, which a straight line in joints misses
+by less than 0.3 mm at these arms' lengths."""
+BEYOND_M = 0.03
+"""Rows go on by so much past both ends: a hand under load is told to be further than it is (assumed)."""
+ARM_POSITION_M, ARM_AXIS_RAD = 0.003, 0.1
+"""Residuals with which the arm alone is good enough (assumed)."""
+REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
+"""Residuals beyond which a row is out of reach: what the cage was measured to hold (``circle_table``)."""
+FIRST_STEPS, ROW_STEPS = 60, 15
+DAMPING: Final = 1e-3
+"""Of the sideways correction's least squares [m^2/rad^2]: keeps it finite near a stretched arm (assumed)."""
+
+
+@dataclass(frozen=True)
+class MotionTable:
+    """Postures along an affordance, evenly spaced in amount; the first and last rows lie a little beyond the ends.
+
+    Attributes:
+        amounts: (n,) of each row, ascending or descending from 0.
+        q: (n, nq) whole configurations.
+        push: (n, 3, nv) joint torques [N m] with which the tool pushes 1 N along x, y, z.
+        aside: (n, 3, nv) joint changes [rad] that move the tool 1 m along x, y, z and keep its approach axis.
+        position_error_m, axis_error_rad: the worst residuals of the rows between 0 and the amount asked for.
+        reach: how much of the amount is in reach, in its unit, never negative.
+        stage: ``arm`` or ``chain``.
+
+    """
+
+    amounts: np.ndarray
+    q: np.ndarray
+    push: np.ndarray
+    aside: np.ndarray
+    position_error_m: float
+    axis_error_rad: float
+    reach: float
+    stage: str
+
+    @property
+    def usable(self) -> bool:
+        """Whether the hand can go all the way."""
+        return self.position_error_m <= REFUSE_POSITION_M and self.axis_error_rad <= REFUSE_AXIS_RAD
+
+
+@dataclass(frozen=True)
+class Way:
+    """What a table is asked for: an affordance, how far, and the tool's place and pointing at the start."""
+
+    affordance: Affordance
+    amount: float
+    start: np.ndarray
+    pointing: np.ndarray
+
+    def at(self, amount: float) -> Target:
+        """Where the tool goes."""
+        return Target(moved(self.affordance, amount, self.start), turned(self.affordance, amount, self.pointing))
+
+
+def with_tool(kinematics: Kinematics, side: Side, usability: Usability) -> Kinematics:
+    """The planning model with a usability in the place of the hand's tool frame.
+
+    A model of its own: a frame that is added later is written past the end of older Data.
+    """
+    model = kinematics.model.copy()
+    tool = model.frames[kinematics.tools[side]]
+    inner = pin.SE3(_pointing(np.array(usability.pointing)), np.array(usability.position))
+    name = f"{side}:{usability.name}"
+    number = int(model.addFrame(pin.Frame(name, tool.parentJoint, tool.placement * inner, pin.FrameType.OP_FRAME)))
+    return replace(kinematics, model=model, data=model.createData(), tools={**kinematics.tools, side: number})
+
+
+def _pointing(z: np.ndarray) -> np.ndarray:
+    """A rotation (3, 3) whose z axis is that unit vector, turned as little as can be."""
+    turn: np.ndarray = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), z).toRotationMatrix()
+    return turn
+
+
+def motion_table(
+    kinematics: Kinematics, side: Side, stance: Stance, rest: np.ndarray, now: np.ndarray, way: Way
+) -> MotionTable:
+    """Plan in two stages: the 7-joint arm alone, then, if that leaves too much, torso and arm.
+
+    A function of its arguments. The search begins at the posture ``now`` and goes from row to row, drawn to ``rest``.
+    """
+    amounts, first, last = _rows(way)
+    tables = []
+    for stage, solver in two_stage(kinematics, side, stance, rest):
+        table = _table(solver, stage, now, way, amounts, (first, last))
+        if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
+            return table
+        tables.append(table)
+    return min(tables, key=lambda t: (-t.reach, t.position_error_m + 0.1 * t.axis_error_rad))
+
+
+def _rows(way: Way) -> tuple[np.ndarray, int, int]:
+    """Amounts of the rows, in the order of the motion, and the numbers of those at 0 and at the amount itself."""
+    unit_m = metres_per_unit(way.affordance, way.start)
+    spacing = SPACING_M / max(unit_m, 1e-6)
+    if way.affordance.kind != "linear":
+        spacing = min(spacing * 2.0, SPACING_RAD)
+    count = max(1, math.ceil(abs(way.amount) / spacing))
+    step = math.copysign(max(abs(way.amount), 1e-9) / count, way.amount)
+    beyond = math.ceil(BEYOND_M / max(abs(step) * unit_m, 1e-6))
+    beyond = min(beyond, count + 3)
+    return step * np.arange(-beyond, count + beyond + 1), beyond, beyond + count
+
+
+def _table(
+    solver: ChainIk, stage: str, now: np.ndarray, way: Way, amounts: np.ndarray, ends: tuple[int, int]
+) -> MotionTable:
+    first, last = ends
+    rows: dict[int, Solution] = {first: solver.solve(now, way.at(0.0), FIRST_STEPS)}
+    for k in range(first + 1, len(amounts)):
+        rows[k] = solver.solve(rows[k - 1].q, way.at(amounts[k]), ROW_STEPS)
+    for k in range(first - 1, -1, -1):
+        rows[k] = solver.solve(rows[k + 1].q, way.at(amounts[k]), ROW_STEPS)
+    asked = [rows[k] for k in range(first, last + 1)]
+    good = [row.within(REFUSE_POSITION_M, REFUSE_AXIS_RAD) for row in asked]
+    far = good.index(False) - 1 if False in good else len(good) - 1
+    slopes = [_slopes(solver, rows[k].q) for k in range(len(amounts))]
+    return MotionTable(
+        amounts=amounts,
+        q=np.array([rows[k].q for k in range(len(amounts))]),
+        push=np.array([push for push, _ in slopes]),
+        aside=np.array([aside for _, aside in slopes]),
+        position_error_m=max(row.position_error_m for row in asked),
+        axis_error_rad=max(row.axis_error_rad for row in asked),
+        reach=abs(float(amounts[first + max(far, 0)])),
+        stage=stage,
+    )
+
+
+def _slopes(solver: ChainIk, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows ``push`` and ``aside`` of a table, (3, nv) each: the Jacobian's transpose, and its inverse for the arm.
+
+    The inverse is damped least squares (Nakamura and Hanafusa 1986) over the arm's seven joints alone; the tool's spin
+    about its own axis stays free.
+    """
+    kinematics = solver.kinematics
+    model, data = kinematics.model, kinematics.data
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    tool = kinematics.tools[solver.side]
+    jacobian = pin.getFrameJacobian(model, data, tool, pin.LOCAL_WORLD_ALIGNED)
+    across = data.oMf[tool].rotation[:, :2].T
+    arm = kinematics.positions(kinematics.arms[solver.side]) - 1
+    task = np.vstack([jacobian[:3, arm], 0.3 * across @ jacobian[3:, arm]])
+    inverse = task.T @ np.linalg.inv(task @ task.T + DAMPING * np.eye(5))
+    aside = np.zeros((3, model.nv))
+    aside[:, arm] = inverse[:, :3].T
+    return jacobian[:3].copy(), aside
+
+
+def direction_of(way: Way, amount: float) -> np.ndarray:
+    """Unit vector (3,) along which the tool goes there, in the sense of the whole motion."""
+    return math.copysign(1.0, way.amount) * course(way.affordance, amount, way.start)

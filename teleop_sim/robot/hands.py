@@ -1,0 +1,57 @@
+"""Hands by kind, for any robot: ``robot_of("valkyrie+fingers")`` is Valkyrie with its own fingers.
+
+A robot's name alone has the hand of its own file, a cage. The kind is part of the name of what is built, so that
+whatever is made by a robot's name (planning model, tables, shapes) is made for that hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from teleop_sim.core.errors import UnknownName
+from teleop_sim.robot.fingers import with_fingers
+from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.hand_pads import PadHand
+
+DEFAULT = "cage"
+SEPARATOR = "+"
+
+
+def with_pads(spec: RobotSpec) -> RobotSpec:
+    """Two flat pads where the cage sits."""
+    mounts = tuple(replace(mount, hand=PadHand()) for mount in spec.model.hands)
+    return replace(spec, model=replace(spec.model, hands=mounts))
+
+
+HANDS: Mapping[str, Callable[[RobotSpec], RobotSpec]] = MappingProxyType(
+    {"cage": lambda spec: spec, "fingers": with_fingers, "pads": with_pads}
+)
+"""By kind: what makes a robot of one with cages."""
+
+
+def robot_of(name: str, hand: str = "") -> RobotSpec:
+    """Build a robot by name; ``hand`` or what follows ``+`` in the name says with which hands.
+
+    Raises:
+        UnknownName: there is no such robot, no such hand, or the robot has none of that kind.
+
+    """
+    base, _, kind = name.partition(SEPARATOR)
+    kind = hand or kind or DEFAULT
+    if base not in ROBOTS:
+        raise UnknownName("robot", base, tuple(ROBOTS))
+    if kind not in HANDS:
+        raise UnknownName(f"hand of {base}", kind, tuple(HANDS))
+    spec = HANDS[kind](ROBOTS[base]())
+    if kind == DEFAULT:
+        return spec
+    named = replace(spec.model.description, name=base + SEPARATOR + kind)
+    return replace(spec, model=replace(spec.model, description=named))
+
+
+def base_name(name: str) -> str:
+    """The robot's name without its hand."""
+    return name.partition(SEPARATOR)[0]

@@ -1,0 +1,313 @@
+"""Act: move what the hand holds along a line, round an axis or along a screw, as far as it was told.
+
+What closes the loop is measured: the place of the hand (or of the tool in it), and the force at the wrist. The thing is
+known by these alone. The felt resistance is fed forward and moves the ZMP; a thing that guides the hand pushes it
+sideways where the believed path is wrong, and the hand gives way; a tool that nothing guides is kept on its path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pinocchio as pin
+
+from teleop_sim.robot import law
+from teleop_sim.robot.affordance import felt, metres_per_unit, within
+from teleop_sim.robot.affordance_table import MotionTable, Way, direction_of, motion_table, with_tool
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.collision import Collisions
+from teleop_sim.robot.commands import Act
+from teleop_sim.robot.senses import feel
+from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skills.manipulate import Arm, arm_of, plan_stance, rest_posture, smooth
+from teleop_sim.world.plant import GRAVITY_M_S2
+
+SPEED_M_S = 0.05
+"""Of the tool along its path: a crank's turn takes 15 s (assumed; twelve were measured to hold)."""
+SPEED_UP_M_S2, SLOW_DOWN_M_S2 = 0.05, 0.15
+APPROACH_S = 1.0
+"""Time constant towards the end (assumed)."""
+LAG_FREE_M, LAG_STOP_M = 0.02, 0.05
+"""The hand may trail its reference by this much at full speed; at the second the reference waits for it (assumed)."""
+DONE_M = 0.001
+PUSH_N_S = 40.0
+"""Slew of the force fed forward: as for cranks."""
+FEEL_S, LEAN_S = 0.06, 0.2
+"""Time constants of the felt force, for the loop and for the balance (assumed)."""
+YIELD_M_NS, YIELD_FROM_N = 0.002, 2.0
+"""How fast a guided hand gives way sideways: 10 N move it by 16 mm/s (assumed)."""
+KEEP_1_S = 1.5
+"""How fast a tool's felt error sideways is worked off (assumed)."""
+ASIDE_M = 0.12
+"""The hand never goes further aside than this: more than any template is wrong (assumed)."""
+OFF_PATH_M = 0.15
+TOUCH_N = 3.0
+UNTOUCHED_M = 0.04
+"""A thing resists all the way; a hand that feels nothing for so far holds nothing (assumed)."""
+STILL_S, STILL_M = 4.0, 0.003
+RELAX_S = 0.6
+EASE_S = 1.0
+
+CAUSES = {
+    "reached": "the thing has been moved as far as asked",
+    "force_limit": "the wrist's force came to its limit",
+    "no_motion": "the thing does not move",
+    "grip_lost": "the hand lost touch with the thing or left its path",
+    "timed_out": "time limit",
+}
+
+
+@dataclass(frozen=True)
+class ActReport:
+    """What the robot knows at the end.
+
+    Attributes:
+        amount: how far the thing was felt to go, in the affordance's unit.
+        reach: how far the arm could have taken it, of what was asked, without letting go.
+        peak_n: the greatest force at the wrist.
+        resisted_n: the force along the path at the end of the motion.
+        aside_m: how far the hand was led off the believed path, at most.
+        stage: ``arm`` or ``chain``, the joints that moved.
+
+    """
+
+    amount: float
+    reach: float
+    peak_n: float
+    resisted_n: float
+    aside_m: float
+    stage: str
+
+
+@dataclass
+class Moving:
+    """What changes from tick to tick; lengths are along the path, positive in the sense of the motion.
+
+    Attributes:
+        place_m, velocity_m_s: of the reference. hand_m: of the felt tool, ``amount`` the same in the affordance's unit.
+        force: (3,) of the hand on the thing, felt [N]; ``slow`` smoother; ``peak_n`` its greatest size.
+        push_n: feed-forward along the motion.
+        aside: (3,) how far the reference is moved off the believed path [m]; ``off_m`` the felt tool at most.
+        touched_m, moved_m, moved_tick: where a force was last felt, where and when the thing last moved.
+        ticks: since the start.
+
+    """
+
+    place_m: float = 0.0
+    velocity_m_s: float = 0.0
+    hand_m: float = 0.0
+    amount: float = 0.0
+    push_n: float = 0.0
+    peak_n: float = 0.0
+    off_m: float = 0.0
+    touched_m: float = 0.0
+    moved_m: float = 0.0
+    moved_tick: int = 0
+    ticks: int = 0
+    force: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    slow: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    aside: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    deviation: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+
+def clamp(value: float, low: float, high: float) -> float:
+    """``value`` kept within [low, high]."""
+    return min(max(value, low), high)
+
+
+class Actor:
+    """One ``Act``: the table, the senses and the rules that end it."""
+
+    def __init__(self, arm: Arm, command: Act, table: MotionTable, way: Way) -> None:
+        self.arm, self.command, self.table, self.way = arm, command, table, way
+        self.unit_m = metres_per_unit(way.affordance, way.start)
+        self.length_m = abs(way.amount) * self.unit_m
+        self.row_m = abs(float(table.amounts[1] - table.amounts[0])) * self.unit_m
+        self.first_m = -abs(float(table.amounts[0])) * self.unit_m
+        self.upper = table.q[:, arm.upper]
+        self.push = table.push[:, :, arm.upper - 1]
+        self.aside = table.aside[:, :, arm.upper - 1]
+        self.jaws = arm.body.jaws
+        self.weight_n = hand_weight_n(arm) + (command.usability.mass_kg * GRAVITY_M_S2 if command.usability else 0.0)
+        self.offset = arm.body.posture - self._row(0.0)[0]
+        self.row = arm.body.stand
+        self.now = Moving()
+
+    # Feeling -------------------------------------------------------------------------------------------------------
+
+    def sense(self) -> str:
+        """Read hand and wrist. Return an outcome that ends the motion, or nothing."""
+        now, body, affordance = self.now, self.arm.body, self.way.affordance
+        now.ticks += 1
+        now.amount, now.deviation = felt(affordance, self.way.start, self.arm.tool(), now.amount)
+        now.hand_m = math.copysign(1.0, self.way.amount) * now.amount * self.unit_m
+        now.off_m = max(now.off_m, float(np.linalg.norm(now.deviation)))
+        force = self._wrist()
+        now.force = now.force + (force - now.force) * min(1.0, body.tick_s / FEEL_S)
+        now.slow = now.slow + (force - now.slow) * min(1.0, body.tick_s / LEAN_S)
+        now.peak_n = max(now.peak_n, float(np.linalg.norm(force)))
+        if body.hand_force(self.arm.side) > TOUCH_N:
+            now.touched_m = now.hand_m
+        if abs(now.hand_m - now.moved_m) > STILL_M:
+            now.moved_m, now.moved_tick = now.hand_m, now.ticks
+        return self._ended(float(np.linalg.norm(force)))
+
+    def _ended(self, force_n: float) -> str:
+        now, tick_s = self.now, self.arm.body.tick_s
+        if force_n > self.command.force_limit_n:
+            return "force_limit"
+        if abs(now.hand_m - now.touched_m) > UNTOUCHED_M or float(np.linalg.norm(now.deviation)) > OFF_PATH_M:
+            return "grip_lost"
+        if (now.ticks - now.moved_tick) * tick_s > STILL_S:
+            return "no_motion"
+        return "timed_out" if now.ticks * tick_s > self.command.time_limit_s else ""
+
+    def _wrist(self) -> np.ndarray:
+        """Force (3,) of the hand on the thing [N], in the odometry frame: what the arm gives beyond the weight."""
+        side = self.arm.side
+        palm = next(mount.palm for mount in self.arm.body.spec.model.hands if mount.side == side)
+        kinematics = self.arm.kinematics
+        turn = kinematics.data.oMi[kinematics.carriers[palm]].rotation
+        force = turn @ feel(self.arm.body).wrists[side].force_n
+        force[2] -= self.weight_n
+        return np.asarray(force)
+
+    def missing_m(self) -> float:
+        """What is left of the path."""
+        return self.length_m - self.now.hand_m
+
+    # Moving --------------------------------------------------------------------------------------------------------
+
+    def advance(self) -> Tick:
+        """Move the reference on: slower near the end and when the hand trails."""
+        now, tick_s = self.now, self.arm.body.tick_s
+        left_m = self.missing_m()
+        wanted = clamp(left_m / APPROACH_S, -SPEED_M_S, SPEED_M_S)
+        lag_m = math.copysign(1.0, left_m) * (now.place_m - now.hand_m)
+        wanted *= clamp((LAG_STOP_M - lag_m) / (LAG_STOP_M - LAG_FREE_M), 0.0, 1.0)
+        change = wanted - now.velocity_m_s
+        most = (SPEED_UP_M_S2 if change * now.velocity_m_s >= 0.0 else SLOW_DOWN_M_S2) * tick_s
+        now.velocity_m_s += clamp(change, -most, most)
+        self._place(now.place_m + now.velocity_m_s * tick_s)
+        resisted = float(now.force @ self._direction())
+        goal = clamp(resisted, 0.0, self.command.force_limit_n)
+        now.push_n += clamp(goal - now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
+        self._step_aside(tick_s)
+        return self.tick()
+
+    def relax(self) -> Tick:
+        """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens."""
+        now, tick_s = self.now, self.arm.body.tick_s
+        now.velocity_m_s = 0.0
+        self._place(now.place_m + clamp(now.hand_m - now.place_m, -SPEED_M_S * tick_s, SPEED_M_S * tick_s))
+        now.push_n -= clamp(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
+        self._step_aside(tick_s)
+        return self.tick()
+
+    def _place(self, place_m: float) -> None:
+        """The table ends a little beyond what was asked for."""
+        self.now.place_m = clamp(place_m, self.first_m, self.first_m + self.row_m * (len(self.upper) - 1))
+
+    def _direction(self) -> np.ndarray:
+        return direction_of(self.way, self.now.amount)
+
+    def _step_aside(self, tick_s: float) -> None:
+        """Give way to what guides the hand, or bring back a tool that nothing guides."""
+        now, along = self.now, self._direction()
+        if self.command.usability is None:
+            force = now.force - (now.force @ along) * along
+            size_n = float(np.linalg.norm(force))
+            rate = -YIELD_M_NS * force * max(0.0, 1.0 - YIELD_FROM_N / max(size_n, 1e-9))
+        else:
+            rate = -KEEP_1_S * now.deviation
+        now.aside = now.aside + tick_s * rate
+        now.aside *= min(1.0, ASIDE_M / max(float(np.linalg.norm(now.aside)), 1e-9))
+
+    def _row(self, place_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Posture, its change a metre, torques of 1 N and joint changes of 1 m, at a place of the path."""
+        at = (place_m - self.first_m) / self.row_m
+        k = min(max(int(at), 0), len(self.upper) - 2)
+        share, slope = at - k, self.upper[k + 1] - self.upper[k]
+        near = k if share < 0.5 else k + 1
+        return self.upper[k] + share * slope, slope / self.row_m, self.push[near], self.aside[near]
+
+    def tick(self) -> Tick:
+        """The table's posture at the reference's place, eased in from the posture at the start."""
+        now = self.now
+        posture, slope, push, aside = self._row(now.place_m)
+        posture = posture + now.aside @ aside
+        ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
+        if ease > 0.0:
+            posture = posture + ease * self.offset
+        stance = self.row.copy()
+        stance[law.ZMP : law.ZMP + 2] += self._lean()
+        return Tick(posture, slope * now.velocity_m_s, now.push_n * (self._direction() @ push), self.jaws, stance)
+
+    def _lean(self) -> np.ndarray:
+        """How far the ZMP must move (2,) [m], so that the centre of mass stays; see ``follow.zmp_shifts``."""
+        force, body = self.now.slow, self.arm.body
+        com = body.stand[law.XI : law.XI + 2]
+        place = self.way.start + self.now.aside
+        height_m = place[2] - body.ground_z_m()
+        weight_n = self.arm.kinematics.mass_kg * GRAVITY_M_S2
+        return np.asarray(-(height_m * force[:2] - (place[:2] - com) * force[2]) / weight_n)
+
+    def report(self) -> ActReport:
+        """What the robot knows at the end."""
+        now = self.now
+        return ActReport(now.amount, self.table.reach, now.peak_n, now.push_n, now.off_m, self.table.stage)
+
+
+def hand_weight_n(arm: Arm) -> float:
+    """What the wrist carries: everything beyond the arm's last joint, and the hand's jaws."""
+    kinematics = arm.kinematics
+    data = kinematics.model.createData()
+    pin.computeSubtreeMasses(kinematics.model, data)
+    palm = next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
+    return float(data.mass[kinematics.carriers[palm]]) * GRAVITY_M_S2
+
+
+def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:
+    """Move a held thing. Ends as ``Act`` says; data: ``ActReport``.
+
+    The posture table is planned from where the hand is felt to be. An amount out of reach ends ``no_plan`` and says
+    how much of it is in reach: ``affordance.strokes`` cuts it.
+    """
+    arm = arm_of(body, command.side)
+    if command.usability is not None:
+        arm = replace(arm, kinematics=with_tool(arm.kinematics, arm.side, command.usability))
+    if not within(command.affordance, command.amount):
+        return Done("no_plan", f"the thing goes from {command.affordance.extent[0]} to {command.affordance.extent[1]}")
+    rotation, position = arm.hand()
+    way = Way(command.affordance, command.amount, position, rotation[:, 2])
+    now, stance = plan_stance(arm)
+    table = motion_table(arm.kinematics, arm.side, stance, rest_posture(arm, stance), now, way)
+    if not table.usable:
+        report = ActReport(0.0, table.reach, 0.0, 0.0, 0.0, table.stage)
+        return Done("no_plan", f"out of reach beyond {table.reach:.3f} {command.affordance.unit}", report)
+    touches = Collisions(arm.robot, ()).along(list(table.q), 0.0)
+    if touches is not None:
+        report = ActReport(0.0, table.reach, 0.0, 0.0, 0.0, table.stage)
+        return Done("no_plan", "{} would touch {}".format(*touches), report)
+    actor = Actor(arm, command, table, way)
+    outcome = yield from _until_there(actor)
+    resisted_n = actor.now.push_n
+    for _ in range(round(RELAX_S / body.tick_s)):
+        actor.sense()
+        yield actor.relax()
+    report = replace(actor.report(), resisted_n=resisted_n)
+    told = f"{CAUSES[outcome]}; {report.amount:.3f} of {command.amount:.3f} {command.affordance.unit}"
+    return Done(outcome, f"{told}, {report.peak_n:.0f} N at most", report)
+
+
+def _until_there(actor: Actor) -> Generator[Tick, None, str]:
+    while True:
+        ended = actor.sense()
+        if ended:
+            return ended
+        if abs(actor.missing_m()) <= DONE_M:
+            return "reached"
+        yield actor.advance()
