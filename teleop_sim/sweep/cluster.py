@@ -99,8 +99,9 @@ def _run_alone(job: Job) -> JobDone:
 
 def _give_out(client: Client, jobs: Sequence[Job], tell: Tell, tick: Tick) -> None:
     from distributed import TimeoutError as NotYet
-    from distributed import wait
 
+    wait: Any = _distributed().wait
+    cancel: Any = client.cancel
     left = {client.submit(_run_alone, job, pure=False, retries=TRIES - 1): job for job in jobs}
     try:
         while left:
@@ -114,4 +115,4 @@ def _give_out(client: Client, jobs: Sequence[Job], tell: Tell, tick: Tick) -> No
                 future.release()
             tick()
     finally:
-        client.cancel(list(left))
+        cancel(list(left))

@@ -7,18 +7,14 @@ order, does not.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
 
-from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.fingerprint import fingerprint
-from teleop_sim.core.streams import stream
 from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.schema import Scenario
-from teleop_sim.stats.designs import full_grid, latin_hypercube, sobol_cells
-from teleop_sim.stats.factors import Range, grid_levels
+from teleop_sim.stats.factors import Range
 from teleop_sim.stats.runs import Measure
 from teleop_sim.stats.stopping import StopRule
 from teleop_sim.sweep.factors import Factor, Value
@@ -32,12 +28,6 @@ DETAILS: Final[Mapping[Detail, str]] = {
     "events": "one log a run without the robot's motion",
     "summary": "no logs, only the index",
 }
-
-SAMPLED: Final = {"lhs": latin_hypercube, "sobol": sobol_cells}
-"""Name of a sampled design to what draws it."""
-
-MOST_RUNS: Final = 10_000_000
-"""Of one sweep: more is a slip of the finger (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -114,43 +104,6 @@ class Plan:
         """Of all that decides what the runs are, 16 hexadecimal digits; not of how many there are."""
         axes = tuple((f.name, f.keys, f.clears) for f in self.factors)
         return fingerprint(self.scenario, self.name, self.cells, axes, self.seed).hex()[:16]
-
-
-def grid(factors: Sequence[Factor]) -> tuple[tuple[Value, ...], ...]:
-    """All combinations, the last factor fastest. Without factors one cell.
-
-    Raises:
-        BadInput: two factors of one name, a range without a number of points, or more cells than anybody could run.
-
-    """
-    if not factors:
-        return ((),)
-    levels = [f.designed() for f in factors]
-    count = math.prod(len(grid_levels(f)) for f in levels)
-    if count > MOST_RUNS:
-        raise BadInput((Problem("sweep", f"the grid has {count:,} cells", "Give fewer values, or another --design."),))
-    return _cells(factors, full_grid(levels))
-
-
-def sampled(factors: Sequence[Factor], kind: str, count: int, seed: int) -> tuple[tuple[Value, ...], ...]:
-    """``count`` cells of a design that fills the space of the factors; lists are sampled in equal parts.
-
-    Args:
-        factors: at least one.
-        kind: of ``SAMPLED``.
-        count: of cells.
-        seed: fixes the design.
-
-    Raises:
-        BadInput: what the design refuses.
-
-    """
-    rng = stream(seed, 0, f"sweep.design.{kind}")
-    return _cells(factors, SAMPLED[kind]([f.designed() for f in factors], count, rng))
-
-
-def _cells(factors: Sequence[Factor], cells: Sequence[Mapping[str, Value]]) -> tuple[tuple[Value, ...], ...]:
-    return tuple(tuple(cell[f.name] for f in factors) for cell in cells)
 
 
 def to_json(plan: Plan) -> dict[str, Any]:
