@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.scenarios.complaints import Reporter
+from teleop_sim.scenarios.disturbances import disturbance_problems
 from teleop_sim.scenarios.library import find_scenario, list_scenarios
 from teleop_sim.scenarios.links import link_problems
 from teleop_sim.scenarios.reading import key_path, read_toml
@@ -72,7 +73,8 @@ def read_scenario(
         left_out = ("default_factory_not_called", "missing" if read.problems else "")
         details = [d for d in error.errors() if d["type"] not in left_out]
         raise BadInput(read.problems + unset + tuple(reporter.problems(details))) from None
-    if problems := (read.problems + unset) or tuple(reporter.problems(map(_detail, link_problems(scenario)))):
+    impossible = (*link_problems(scenario), *disturbance_problems(scenario))
+    if problems := (read.problems + unset) or tuple(reporter.problems(map(_detail, impossible))):
         raise BadInput(problems)
     return scenario
 
@@ -91,13 +93,13 @@ def _without_nothing(schema: Any) -> Any:
         return [_without_nothing(inner) for inner in schema if inner != {"type": "null"}]
     if not isinstance(schema, dict):
         return schema
-    kept = {key: _without_nothing(inner) for key, inner in schema.items() if key != "default" or _in_json(inner)}
+    kept = {key: _without_nothing(inner) for key, inner in schema.items() if inner is not None and _in_json(inner)}
     choices = kept.get("anyOf", ())
     return {key: inner for key, inner in kept.items() if key != "anyOf"} | choices[0] if len(choices) == 1 else kept
 
 
 def _in_json(value: object) -> bool:
-    return value is not None and not (isinstance(value, float) and math.isinf(value))
+    return not (isinstance(value, float) and math.isinf(value))
 
 
 def _detail(problem: Problem) -> ErrorDetails:

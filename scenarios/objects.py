@@ -17,22 +17,34 @@ from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
+from teleop_sim.scenarios.disturbances import disturbance_ranges
 from teleop_sim.scenarios.links import Streams
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import Operator, Scenario, World
 from teleop_sim.world import dish_scorer
 from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
+from teleop_sim.world.dish_layout import middle_of_walkway
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
+from teleop_sim.world.disturbance_draw import Ground, draw_disturbances
+from teleop_sim.world.disturbances import Disturbances
 from teleop_sim.world.plant import Scenery
+from teleop_sim.world.robot_model import RobotModel
 from teleop_sim.world.scoring import Score
 
 
 @dataclass(frozen=True)
 class Site:
-    """Where a task is done, as drawn: what stands round the robot; the score to begin with, by the plant's joints."""
+    """Where a task is done, as drawn.
+
+    Attributes:
+        scenery: what stands round the robot.
+        score: to begin with, by the plant's joints.
+        ground: where the robot is to walk, and how rough it is there.
+    """
 
     scenery: Scenery
     score: Callable[[tuple[str, ...]], Score]
+    ground: Ground
 
 
 @dataclass(frozen=True)
@@ -56,13 +68,24 @@ class Task:
 def dish_site(scenario: Scenario, streams: Streams) -> Site:
     """The world of the dish task, drawn."""
     world = draw_dish_world(streams, dish_settings(scenario.world))
-    return Site(DishScenery(world), partial(DishScore.start, world, time_limit_s=scenario.time_limit_s))
+    ground = Ground(middle_of_walkway(world.layout_id), world.floor_friction)
+    return Site(DishScenery(world), partial(DishScore.start, world, time_limit_s=scenario.time_limit_s), ground)
 
 
 TASKS: Mapping[str, Task] = {
     "src-dish": Task(src_dish, dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),
 }
 """Name in a scenario to task."""
+
+
+def drawn_disturbances(scenario: Scenario, streams: Streams, site: Site, robot: RobotModel) -> Disturbances:
+    """What goes otherwise in a run than its robot believes.
+
+    Raises:
+        UnknownName: the robot has no such link for the payload.
+
+    """
+    return draw_disturbances(streams, disturbance_ranges(scenario.disturbances), site.ground, robot)
 
 
 def operator_timing(operator: Operator) -> OperatorTiming:

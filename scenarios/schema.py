@@ -9,18 +9,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, Strict, WithJsonSchema
+from pydantic import Field, PlainValidator, WithJsonSchema
 
 from teleop_sim.operators.policies import POLICIES
 from teleop_sim.scenarios import names
+from teleop_sim.scenarios.disturbance_schema import Disturbances
 from teleop_sim.scenarios.link_schema import Link
 from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused
-
-
-def _low_to_high(value: tuple[float, float]) -> tuple[float, float]:
-    if value[0] > value[1]:
-        raise refused(f"the range runs backwards from {value[0]} to {value[1]}", "Give [lowest, highest].")
-    return value
+from teleop_sim.scenarios.ranges import RANGE
 
 
 def _layout(value: object) -> str | int:
@@ -35,10 +31,10 @@ Positive = Annotated[float, Field(gt=0.0)]
 PitchAngle = Annotated[float, Field(ge=-0.2, le=1.57)]
 YawAngle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 Count = Annotated[int, Field(ge=0, le=30)]
-PositiveRange = Annotated[tuple[Positive, Positive], Strict(False), AfterValidator(_low_to_high)]
-PitchRange = Annotated[tuple[PitchAngle, PitchAngle], Strict(False), AfterValidator(_low_to_high)]
-YawRange = Annotated[tuple[YawAngle, YawAngle], Strict(False), AfterValidator(_low_to_high)]
-CountRange = Annotated[tuple[Count, Count], Strict(False), AfterValidator(_low_to_high)]
+PositiveRange = Annotated[tuple[Positive, Positive], *RANGE]
+PitchRange = Annotated[tuple[PitchAngle, PitchAngle], *RANGE]
+YawRange = Annotated[tuple[YawAngle, YawAngle], *RANGE]
+CountRange = Annotated[tuple[Count, Count], *RANGE]
 
 
 class Operator(Part):
@@ -57,7 +53,7 @@ class Operator(Part):
 class World(Part):
     """Where the robot works: what is drawn from the seed, uniformly, and between which limits.
 
-    Equal limits fix a value. The defaults are those of the simulated world, with their sources there
+    One number fixes a value, as equal limits do. The defaults are those of the simulated world, which has their sources
     (``teleop_sim.world.dish_draw.DishSettings``).
     """
 
@@ -123,4 +119,5 @@ class Scenario(Part):
     autonomy: Annotated[str, *named("A level of autonomy, one of", names.AUTONOMY)] = "full"
     operator: Operator = Operator()
     world: World = World()
+    disturbances: Disturbances = Disturbances()
     link: Link = Field(description="Tables [link.up] and [link.down], or a preset.")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import simpy
 
-from teleop_sim.core.records import Emit, PlantSample, Record, RunEnded, RunStarted
+from teleop_sim.core.records import Disturbed, Emit, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
 from teleop_sim.log.writer import LogWriter
@@ -26,6 +26,7 @@ from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
+from teleop_sim.robot.body import Body
 from teleop_sim.robot.hands import robot_of
 from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
@@ -35,12 +36,14 @@ from teleop_sim.scenarios.objects import (
     TASKS,
     Site,
     autonomy_level,
+    drawn_disturbances,
     operator_policy,
     operator_timing,
 )
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
 from teleop_sim.wiring import rates_by_state, sender, wire
+from teleop_sim.world.disturbances import figures
 
 Clock = Callable[[], float]
 LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
@@ -222,7 +225,12 @@ class _Bench:
         plan = link_plan(scenario, streams)
         self.link = wire(self.env, plan, streams, self._to_field, self._to_station, watch)
         self.up, self.down = self.link.up, self.link.down
-        robot = self._robot(seed, replicate, self._task.site(scenario, streams), clock)
+        site, spec = self._task.site(scenario, streams), _robot_spec(scenario.robot)
+        otherwise = drawn_disturbances(scenario, streams, site, spec.model)
+        for told in figures(otherwise):
+            watch(Disturbed(0.0, *told))
+        body = self._physics.body(spec, site.scenery, otherwise)
+        robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
@@ -240,8 +248,7 @@ class _Bench:
             operator_policy(scenario.operator),
         )
 
-    def _robot(self, seed: int, replicate: int, site: Site, clock: Clock) -> RobotOnSite:
-        body = self._physics.body(_robot_spec(self._scenario.robot), site.scenery)
+    def _robot(self, seed: int, replicate: int, body: Body, site: Site, clock: Clock) -> RobotOnSite:
         self.plant = body.plant
         self.plant.stopwatch = clock
         score = site.score(self.plant.joint_names)

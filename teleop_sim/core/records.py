@@ -28,7 +28,7 @@ Emit = Callable[[Record], None]
 _R = TypeVar("_R", bound=Record)
 RECORDS: dict[str, type[Record]] = {}
 """Topic to record type."""
-LATE_TOPICS = frozenset({"link/message"})
+LATE_TOPICS = frozenset({"link/message", "field/disturbance"})
 """Topics that a log declares with their first record only: a log without any has no trace of them."""
 
 
@@ -235,6 +235,20 @@ class PlantNames(Record):
     """Names for the columns of ``PlantSample.joints``, separated by spaces."""
 
     joints: str
+
+
+@record("field/disturbance")
+class Disturbed(Record):
+    """One figure of what goes otherwise than the robot believes, as drawn for this run; written at its start.
+
+    ``what``: which one, such as ``mass_factor`` or ``plates[0].height_m``; its unit is the name's ending, and its
+    meaning is in ``teleop_sim/world/disturbances.py``. ``values``: one number, or the components of a vector. ``text``:
+    the value of what is no number. A calm run has none; a controller sees none.
+    """
+
+    what: str
+    values: tuple[float, ...]
+    text: str
 
 
 @record("task/score")

@@ -153,6 +153,11 @@ class Log:
         return self._frame("field/wait")
 
     @cached_property
+    def disturbances(self) -> pd.DataFrame:
+        """One row a figure of what went otherwise than the robot believed; columns of ``Disturbed``."""
+        return self._frame("field/disturbance")
+
+    @cached_property
     def scores(self) -> pd.DataFrame:
         """One row a finding of the task's scorer; columns of ``Scored``."""
         return self._frame("task/score")

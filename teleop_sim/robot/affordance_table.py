@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from teleop_sim.robot.affordance import Affordance, Usability, course, metres_per_unit, moved, turned
+from teleop_sim.robot.affordance import Affordance, Usability, metres_per_unit, moved, turned
 from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, two_stage
 from teleop_sim.robot.commands import Side
 from teleop_sim.robot.kinematics import Kinematics
@@ -17,7 +17,7 @@ from teleop_sim.robot.kinematics import Kinematics
 SPACING_M, SPACING_RAD = 0.01, 0.13
 """Between two rows: a chord of 7.5 degrees (as the crank's table has) or 1 cm, which a straight line in joints misses
 by less than 0.3 mm at these arms' lengths."""
-BEYOND_M = 0.03
+BEYOND_M = 0.04
 """Rows go on by so much past both ends: a hand under load is told to be further than it is (assumed)."""
 ARM_POSITION_M, ARM_AXIS_RAD = 0.003, 0.1
 """Residuals with which the arm alone is good enough (assumed)."""
@@ -165,8 +165,3 @@ def _slopes(solver: ChainIk, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     aside = np.zeros((3, model.nv))
     aside[:, arm] = inverse[:, :3].T
     return jacobian[:3].copy(), aside
-
-
-def direction_of(way: Way, amount: float) -> np.ndarray:
-    """Unit vector (3,) along which the tool goes there, in the sense of the whole motion."""
-    return math.copysign(1.0, way.amount) * course(way.affordance, amount, way.start)

@@ -184,8 +184,97 @@ class Act:
 
 
 @dataclass(frozen=True)
+class Handle:
+    """Something to hold a thing by, in the odometry frame.
+
+    Attributes:
+        centre: where the hand's tool goes [m].
+        approach: unit vector along which the hand comes to it.
+        bar: unit vector along it, across the approach; None where it is round about the approach.
+        mass_kg: of the thing. to_centre: from ``centre`` to the thing's centre of mass [m].
+
+    """
+
+    centre: Vector
+    approach: Vector
+    bar: Vector | None
+    mass_kg: float
+    to_centre: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Pick:
+    """Take a thing by its handle and lift it straight up.
+
+    Ends ``held``, ``missed`` (no weight came into the hand), ``blocked`` (the open hand met something), ``lost``
+    (it had the weight and has it no more) or ``no_plan``; missed and blocked hands are drawn back, open.
+    """
+
+    side: Side
+    handle: Handle
+    lift_m: float = 0.1
+
+
+@dataclass(frozen=True)
+class Carry:
+    """Bring what a hand holds where it is carried, for walking. Ends ``carried``, ``lost`` or ``no_plan``."""
+
+    side: Side
+
+
+@dataclass(frozen=True)
+class Place:
+    """Put down what a hand holds; ``handle``: where its handle is when it stands. Draws the hand back, and home.
+
+    Ends ``placed``, ``no_ground`` (the weight never left the hand: it still holds), ``lost`` (it had left before) or
+    ``no_plan``.
+    """
+
+    side: Side
+    handle: Handle
+
+
+@dataclass(frozen=True)
+class Insert:
+    """Push the tip of a held thing into a hole and let it go there.
+
+    Attributes:
+        mouth: middle of the hole's rim [m]. axis: unit vector into it.
+        tip_m: from the handle's centre to the tip, along the hand's approach.
+        depth_m: how far in is in. search_m: how far round the mouth to search.
+
+    Ends ``inserted``, ``force_limit`` (stuck in the hole short of the depth), ``not_found``, ``lost`` or ``no_plan``.
+    """
+
+    side: Side
+    mouth: Vector
+    axis: Vector
+    tip_m: float
+    depth_m: float
+    search_m: float = 0.02
+
+
+@dataclass(frozen=True)
 class Stop:
     """End what the body is doing: finish the step under way, then stand."""
 
 
-Command = Act | Walk | Step | Look | Scan | Detect | Reach | Grip | Follow | Release | Nudge | Posture | Stop
+Command = (
+    Act
+    | Walk
+    | Step
+    | Look
+    | Scan
+    | Detect
+    | Reach
+    | Grip
+    | Follow
+    | Release
+    | Nudge
+    | Posture
+    | Pick
+    | Carry
+    | Place
+    | Insert
+    | Stop
+)

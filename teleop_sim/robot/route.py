@@ -30,7 +30,8 @@ def outline_of(body: Body) -> Outline:
     x, y, yaw = g.body_between(body.feet())
     links = np.flatnonzero(model.body_rootid == model.body_rootid[1])
     places = data.xpos[links]
-    joints = [name for names in spec.arms.values() for name in names] + [f"{side}Jaw0" for side in body.hands]
+    joints = [name for names in spec.arms.values() for name in names]
+    joints += [f"{mount.side}{mount.hand.parts[0].name}" for mount in spec.model.hands]
     arms = [int(model.joint(name).bodyid[0]) for name in joints]
     split_m = float(data.xpos[arms, 2].min()) - LIMB_M
     c, s = math.cos(yaw), math.sin(yaw)

@@ -96,10 +96,6 @@ class Bench(BareFloor):
             local[:2] = self.orbit_m * math.cos(self.start_rad), self.orbit_m * math.sin(self.start_rad)
         return np.asarray(np.array(self.place) + self.axes() @ local)
 
-    def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
-        """There is no task."""
-        return {}
-
 
 def amount(plant: Plant, thing: Thing) -> float:
     """How far the thing has moved [m or rad]: the truth, which no robot sees."""
@@ -210,7 +206,8 @@ def _add_screw(spec: mujoco.MjSpec, body: mujoco.MjsBody, bench: Bench) -> None:
         name1="screwLift",
         name2="screw",
     )
-    thread.data = [0.0, bench.pitch_m / (2 * math.pi), *[0.0] * 9]
+    # Coefficients of a polynomial of the second joint, then what other kinds of equality need.
+    thread.data = [0.0, bench.pitch_m / (2 * math.pi), *[0.0] * (len(thread.data) - 2)]
     thread.solref = contact.GRIP_SOLREF
 
 

@@ -142,6 +142,12 @@ def layout(layout_id: int) -> Layout:
     )
 
 
+def middle_of_walkway(layout_id: int) -> tuple[tuple[float, float], ...]:
+    """Corners (x, y) [m] of a line along the walkway's middle, from the start's to the finish's."""
+    laid = layout(layout_id)
+    return tuple((x, y) for x, y, _ in (START, *(slab.pose for slab in laid.slabs[2:-1]), laid.finish))
+
+
 def _square(centre: Planar) -> Slab:
     return Slab(centre, 0.5 * SQUARE_M, 0.5 * SQUARE_M)
 

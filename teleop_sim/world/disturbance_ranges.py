@@ -2,7 +2,7 @@
 
 A range is its lowest and highest value; equal ones fix it. By default nothing is disturbed. What a kind of disturbance
 does where only some of its figures are given is mild (assumed): a lip of a centimetre, a nudge of 20 N for 0.2 s, a
-floor as slippery as a wet one.
+kilogram.
 """
 
 from __future__ import annotations

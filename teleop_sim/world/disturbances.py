@@ -8,8 +8,8 @@ Not modelled: slopes, soft ground, wind, motors that fail for good, odometry err
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import mujoco
 import numpy as np
@@ -97,6 +97,29 @@ class Disturbances:
 
 CALM = Disturbances()
 """Nothing is disturbed."""
+
+
+def figures(what: Disturbances) -> Iterator[tuple[str, tuple[float, ...], str]]:
+    """All that is not as in the calm: its name, such as ``plates[0].height_m``; its numbers; or else its text."""
+    return _figures("", what, CALM)
+
+
+def _figures(name: str, value: object, calm: object) -> Iterator[tuple[str, tuple[float, ...], str]]:
+    if is_dataclass(value):
+        for part in fields(value):
+            inner = f"{name}.{part.name}" if name else part.name
+            yield from _figures(inner, getattr(value, part.name), getattr(calm, part.name, None))
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _figures(f"{name}.{key}", inner, None)
+    elif isinstance(value, tuple) and any(map(is_dataclass, value)):
+        for number, inner in enumerate(value):
+            yield from _figures(f"{name}[{number}]", inner, None)
+    elif isinstance(value, str):
+        yield name, (), value
+    elif value != calm:
+        numbers = value if isinstance(value, tuple) else (value,)
+        yield name, tuple(map(float, numbers)), ""
 
 
 def burdened(robot: RobotModel, what: Disturbances) -> RobotModel:

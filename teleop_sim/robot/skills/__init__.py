@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from teleop_sim.robot.commands import (
     Act,
+    Carry,
     Detect,
     Follow,
     Grip,
+    Insert,
     Look,
     Nudge,
+    Pick,
+    Place,
     Posture,
     Reach,
     Release,
@@ -19,9 +23,13 @@ from teleop_sim.robot.commands import (
 )
 from teleop_sim.robot.skill import Skill
 from teleop_sim.robot.skills.act import act
+from teleop_sim.robot.skills.carry import carry
 from teleop_sim.robot.skills.follow import follow
 from teleop_sim.robot.skills.grip import grip
+from teleop_sim.robot.skills.insert import insert
 from teleop_sim.robot.skills.nudge import nudge
+from teleop_sim.robot.skills.pick import pick
+from teleop_sim.robot.skills.place import place
 from teleop_sim.robot.skills.posing import look, posture
 from teleop_sim.robot.skills.reach import reach
 from teleop_sim.robot.skills.release import release
@@ -30,11 +38,15 @@ from teleop_sim.robot.skills.walking import step, stop, walk
 
 SKILLS: dict[type, Skill] = {
     Act: act,
+    Carry: carry,
     Detect: detect,
     Follow: follow,
     Grip: grip,
+    Insert: insert,
     Look: look,
     Nudge: nudge,
+    Pick: pick,
+    Place: place,
     Posture: posture,
     Reach: reach,
     Release: release,

@@ -1,8 +1,9 @@
 """Act: move what the hand holds along a line, round an axis or along a screw, as far as it was told.
 
 What closes the loop is measured: the place of the hand (or of the tool in it), and the force at the wrist. The thing is
-known by these alone. The felt resistance is fed forward and moves the ZMP; a thing that guides the hand pushes it
-sideways where the believed path is wrong, and the hand gives way; a tool that nothing guides is kept on its path.
+known by these alone. The felt resistance is fed forward and moves the ZMP. A thing that guides the hand pushes it
+sideways where the believed path is wrong: the hand gives way, and learns from where it is led where the axis is. A tool
+that nothing guides is kept on its path.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot import law
-from teleop_sim.robot.affordance import felt, metres_per_unit, within
-from teleop_sim.robot.affordance_table import MotionTable, Way, direction_of, motion_table, with_tool
+from teleop_sim.robot.affordance import metres_per_unit, moved, within
+from teleop_sim.robot.affordance_table import BEYOND_M, MotionTable, Way, motion_table, with_tool
+from teleop_sim.robot.axis_fit import axis_fit
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.commands import Act
@@ -32,7 +34,7 @@ APPROACH_S = 1.0
 """Time constant towards the end (assumed)."""
 LAG_FREE_M, LAG_STOP_M = 0.02, 0.05
 """The hand may trail its reference by this much at full speed; at the second the reference waits for it (assumed)."""
-DONE_M = 0.001
+DONE_M = 0.002
 PUSH_N_S = 40.0
 """Slew of the force fed forward: as for cranks."""
 FEEL_S, LEAN_S = 0.06, 0.2
@@ -47,6 +49,8 @@ OFF_PATH_M = 0.15
 TOUCH_N = 3.0
 UNTOUCHED_M = 0.04
 """A thing resists all the way; a hand that feels nothing for so far holds nothing (assumed)."""
+LEARN_M_S = 0.03
+"""How fast the reference follows what is learned of the axis (assumed: less than the hand's own speed)."""
 STILL_S, STILL_M = 4.0, 0.003
 RELAX_S = 0.6
 EASE_S = 1.0
@@ -91,7 +95,9 @@ class Moving:
         force: (3,) of the hand on the thing, felt [N]; ``slow`` smoother; ``peak_n`` its greatest size.
         push_n: feed-forward along the motion.
         aside: (3,) how far the reference is moved off the believed path [m]; ``off_m`` the felt tool at most.
+        slack_m: how far the hand went before it first felt the thing: the thing has not gone along.
         touched_m, moved_m, moved_tick: where a force was last felt, where and when the thing last moved.
+        bent: (3,) how far the learned path is from the believed one at the reference [m].
         ticks: since the start.
 
     """
@@ -103,13 +109,15 @@ class Moving:
     push_n: float = 0.0
     peak_n: float = 0.0
     off_m: float = 0.0
-    touched_m: float = 0.0
+    slack_m: float = 0.0
+    touched_m: float = -1.0
     moved_m: float = 0.0
     moved_tick: int = 0
     ticks: int = 0
     force: np.ndarray = field(default_factory=lambda: np.zeros(3))
     slow: np.ndarray = field(default_factory=lambda: np.zeros(3))
     aside: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    bent: np.ndarray = field(default_factory=lambda: np.zeros(3))
     deviation: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
@@ -124,6 +132,7 @@ class Actor:
     def __init__(self, arm: Arm, command: Act, table: MotionTable, way: Way) -> None:
         self.arm, self.command, self.table, self.way = arm, command, table, way
         self.unit_m = metres_per_unit(way.affordance, way.start)
+        self.sign = math.copysign(1.0, way.amount)
         self.length_m = abs(way.amount) * self.unit_m
         self.row_m = abs(float(table.amounts[1] - table.amounts[0])) * self.unit_m
         self.first_m = -abs(float(table.amounts[0])) * self.unit_m
@@ -135,31 +144,41 @@ class Actor:
         self.offset = arm.body.posture - self._row(0.0)[0]
         self.row = arm.body.stand
         self.now = Moving()
+        self.axis = axis_fit(way.affordance, way.start)
 
     # Feeling -------------------------------------------------------------------------------------------------------
 
     def sense(self) -> str:
         """Read hand and wrist. Return an outcome that ends the motion, or nothing."""
-        now, body, affordance = self.now, self.arm.body, self.way.affordance
+        now, body = self.now, self.arm.body
         now.ticks += 1
-        now.amount, now.deviation = felt(affordance, self.way.start, self.arm.tool(), now.amount)
-        now.hand_m = math.copysign(1.0, self.way.amount) * now.amount * self.unit_m
-        now.off_m = max(now.off_m, float(np.linalg.norm(now.deviation)))
+        tool = self.arm.tool()
+        if self.command.usability is None:
+            self.axis = self.axis.seen(tool, now.amount)
+        now.amount, now.deviation = self.axis.felt(tool, now.amount)
+        now.hand_m = self.sign * now.amount * self.unit_m
+        now.off_m = max(now.off_m, float(np.linalg.norm(now.deviation + now.bent)))
         force = self._wrist()
         now.force = now.force + (force - now.force) * min(1.0, body.tick_s / FEEL_S)
         now.slow = now.slow + (force - now.slow) * min(1.0, body.tick_s / LEAN_S)
         now.peak_n = max(now.peak_n, float(np.linalg.norm(force)))
-        if body.hand_force(self.arm.side) > TOUCH_N:
-            now.touched_m = now.hand_m
+        self._touch(body.hand_force(self.arm.side))
         if abs(now.hand_m - now.moved_m) > STILL_M:
             now.moved_m, now.moved_tick = now.hand_m, now.ticks
         return self._ended(float(np.linalg.norm(force)))
+
+    def _touch(self, force_n: float) -> None:
+        now = self.now
+        if force_n > TOUCH_N:
+            now.touched_m = now.hand_m
+        elif now.touched_m < 0.0:
+            now.slack_m = clamp(now.hand_m, now.slack_m, BEYOND_M)
 
     def _ended(self, force_n: float) -> str:
         now, tick_s = self.now, self.arm.body.tick_s
         if force_n > self.command.force_limit_n:
             return "force_limit"
-        if abs(now.hand_m - now.touched_m) > UNTOUCHED_M or float(np.linalg.norm(now.deviation)) > OFF_PATH_M:
+        if abs(now.hand_m - max(now.touched_m, 0.0)) > UNTOUCHED_M or float(np.linalg.norm(now.deviation)) > OFF_PATH_M:
             return "grip_lost"
         if (now.ticks - now.moved_tick) * tick_s > STILL_S:
             return "no_motion"
@@ -177,7 +196,7 @@ class Actor:
 
     def missing_m(self) -> float:
         """What is left of the path."""
-        return self.length_m - self.now.hand_m
+        return self.length_m + self.now.slack_m - self.now.hand_m
 
     # Moving --------------------------------------------------------------------------------------------------------
 
@@ -212,11 +231,19 @@ class Actor:
         self.now.place_m = clamp(place_m, self.first_m, self.first_m + self.row_m * (len(self.upper) - 1))
 
     def _direction(self) -> np.ndarray:
-        return direction_of(self.way, self.now.amount)
+        return self.sign * self.axis.course(self.now.amount)
+
+    def _bend(self, tick_s: float) -> None:
+        """Follow what has been learned of the axis."""
+        now, amount = self.now, self.sign * self.now.place_m / self.unit_m
+        believed = moved(self.way.affordance, amount, self.way.start)
+        change = self.axis.at(amount) - believed - now.bent
+        now.bent = now.bent + change * min(1.0, LEARN_M_S * tick_s / max(float(np.linalg.norm(change)), 1e-9))
 
     def _step_aside(self, tick_s: float) -> None:
         """Give way to what guides the hand, or bring back a tool that nothing guides."""
         now, along = self.now, self._direction()
+        self._bend(tick_s)
         if self.command.usability is None:
             force = now.force - (now.force @ along) * along
             size_n = float(np.linalg.norm(force))
@@ -238,7 +265,7 @@ class Actor:
         """The table's posture at the reference's place, eased in from the posture at the start."""
         now = self.now
         posture, slope, push, aside = self._row(now.place_m)
-        posture = posture + now.aside @ aside
+        posture = posture + (now.aside + now.bent) @ aside
         ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
         if ease > 0.0:
             posture = posture + ease * self.offset
@@ -250,7 +277,7 @@ class Actor:
         """How far the ZMP must move (2,) [m], so that the centre of mass stays; see ``follow.zmp_shifts``."""
         force, body = self.now.slow, self.arm.body
         com = body.stand[law.XI : law.XI + 2]
-        place = self.way.start + self.now.aside
+        place = self.arm.tool()
         height_m = place[2] - body.ground_z_m()
         weight_n = self.arm.kinematics.mass_kg * GRAVITY_M_S2
         return np.asarray(-(height_m * force[:2] - (place[:2] - com) * force[2]) / weight_n)

@@ -1,0 +1,208 @@
+"""Insert: bring the tip of a held thing to a hole, feel for it in a spiral, push it in, make sure, let go.
+
+Blind search as in Chhatpar and Branicky, IROS 2001, 1465-1470: the tip is pressed lightly on the surface and moved
+along an Archimedean spiral until it drops. What is felt: the hand's pose by the joints, the force at the wrist. The
+force along the axis is held by admittance: the reference advances in proportion to the force that is missing.
+
+Not modelled: that the thing may be turned in the hand (it is taken as it was gripped); holes that ask for a turn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.commands import Handle, Insert
+from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skills.holding import best_posture, draw_back, has_it, let_go, refusal
+from teleop_sim.robot.skills.manipulate import arm_of
+from teleop_sim.robot.skills.servoing import UP, Led, line
+
+OVER_M = 0.05
+"""Tip over the mouth before going down (assumed)."""
+FIRM_N, PUSH_N, LIMIT_N = 12.0, 30.0, 60.0
+"""Along the axis: while searching, while pushing in, and what ends the push (assumed)."""
+ADVANCE_M_S = 0.02
+SOFT_M_SN = 1.0e-3
+"""Admittance: rate of advance for each newton that is missing (measured: 2 kN/m of arm, 0.2 s of averaging)."""
+LEAD_M = 0.02
+"""How far the reference may be ahead of the felt tip along the axis; the leash of the joints holds as well."""
+TURN_M = 0.005
+"""Between two turns of the spiral: less than the funnel's width (assumed)."""
+SEARCH_M_S = 0.015
+DROP_M = 0.006
+"""So far below where it first touched, the tip is in the hole (assumed)."""
+STUCK_S = 2.0
+SHORT_M = 0.008
+"""Inserted is, whose tip is felt less than so much short of the depth (assumed: errors of joints and grip)."""
+TUG_M, TUG_S, TUG_N = 0.012, 0.8, 8.0
+"""A tip in a hole resists being moved aside, either way; one beside it does not (assumed)."""
+LIMIT_S = 60.0
+
+
+@dataclass(frozen=True)
+class InsertReport:
+    """Depth of the tip below the believed mouth [m], most force along the axis [N], way of the search [m], and how
+    far aside from the believed mouth the tip ended [m].
+    """
+
+    depth_m: float
+    force_n: float
+    searched_m: float
+    aside_m: float
+
+
+class _Probe:
+    """A tip on its way into a hole, seen along the axis. Scratch."""
+
+    def __init__(self, led: Led, command: Insert, rotation: np.ndarray) -> None:
+        self.led, self.rotation = led, rotation
+        self.axis = np.array(command.axis) / np.linalg.norm(command.axis)
+        self.mouth = np.array(command.mouth)
+        self.tip_m = command.tip_m
+        self.along_m = -OVER_M
+        self.most_n = 0.0
+        self.searched_m = 0.0
+        weight = led.told_kg * 9.81
+        self._borne_n = -weight * float(UP @ self.axis)
+
+    def tip(self) -> np.ndarray:
+        """Where the tip is felt to be, from the believed mouth (3,) [m]."""
+        rotation, position = self.led.arm.hand()
+        tip: np.ndarray = position + self.tip_m * rotation[:, 2] - self.mouth
+        return tip
+
+    def depth_m(self) -> float:
+        """How far the tip is beyond the believed mouth."""
+        return float(self.tip() @ self.axis)
+
+    def press_n(self) -> float:
+        """Force with which the tip presses along the axis."""
+        return -float(self.led.force() @ self.axis) + self._borne_n
+
+    def aside_m(self) -> np.ndarray:
+        """Part of ``tip`` across the axis (3,) [m]."""
+        tip = self.tip()
+        return np.asarray(tip - self.axis * float(tip @ self.axis))
+
+    def press(self, wanted_n: float, aside: np.ndarray) -> Tick:
+        """Lead the tip to ``aside`` (3,) [m] of the mouth's axis, pressing with a force; advance until it is felt."""
+        press_n = self.press_n()
+        self.most_n = max(self.most_n, press_n)
+        rate = min(max(SOFT_M_SN * (wanted_n - press_n), -ADVANCE_M_S), ADVANCE_M_S)
+        felt_m = self.depth_m()
+        dt = self.led.arm.body.tick_s
+        self.along_m = min(max(self.along_m + rate * dt, felt_m - LEAD_M), felt_m + LEAD_M)
+        place = self.mouth + aside + (self.along_m - self.tip_m) * self.axis
+        return self.led.towards(place, self.rotation)
+
+
+def insert(body: Body, command: Insert, rng: np.random.Generator) -> Motion:
+    """See ``Insert``; data: ``InsertReport`` once the tip has come to the mouth."""
+    arm = arm_of(body, command.side)
+    led = Led(arm)
+    mass_kg = led.told_kg
+    axis = np.array(command.axis) / np.linalg.norm(command.axis)
+    held = np.array(command.mouth) - command.tip_m * axis
+    x, y, z = (float(v) for v in held)
+    target, posed = best_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng, arm.reference())
+    why = refusal(posed, "the hole")
+    if why is not None:
+        return Done("no_plan", why)
+    yield from _come_over(led, target.position - OVER_M * axis, target.rotation, posed.solution.q)
+    if mass_kg > 0 and not has_it(led, mass_kg):
+        led.tell(0.0)
+        return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the hole")
+    probe = _Probe(led, command, target.rotation)
+    outcome = yield from _feel_for(probe, command)
+    if outcome == "found":
+        outcome = yield from _push(probe, command)
+    report = InsertReport(probe.depth_m(), probe.most_n, probe.searched_m, float(np.linalg.norm(probe.aside_m())))
+    words = f"tip {report.depth_m * 1e3:.0f} mm in, {report.aside_m * 1e3:.0f} mm aside, {report.force_n:.0f} N at most"
+    if outcome != "inserted":
+        yield from line(led, arm.hand()[1] - 0.08 * axis, target.rotation, 1.5)
+        return Done(outcome, words, report)
+    yield from let_go(led)
+    yield from draw_back(led)
+    return Done("inserted", words, report)
+
+
+def _come_over(led: Led, place: np.ndarray, rotation: np.ndarray, goal: np.ndarray) -> Generator[Tick, None, None]:
+    """Up to the height first, then across: what hangs in the hand must not sweep things along."""
+    now, here = led.arm.hand()
+    rise_m = float(place[2] - here[2])
+    if rise_m > 0.0:
+        yield from line(led, here + rise_m * UP, now, max(0.8, rise_m / 0.1), settle_s=0.0)
+        here = here + rise_m * UP
+    led.goal = goal
+    across = place + max(0.0, -rise_m) * UP
+    length_m = float(np.linalg.norm(across - here))
+    yield from line(led, across, rotation, max(1.5, length_m / 0.1), settle_s=0.2)
+    yield from line(led, place, rotation, max(0.8, -rise_m / 0.1), settle_s=0.6)
+
+
+def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
+    """Press and search until the tip drops: ``found`` or ``not_found``."""
+    across = _across(probe.axis)
+    touched_m, angle, ticks = math.nan, 0.0, 0
+    dt = probe.led.arm.body.tick_s
+    while ticks * dt < LIMIT_S:
+        ticks += 1
+        radius_m = TURN_M * angle / math.tau
+        if radius_m > command.search_m:
+            return "not_found"
+        aside = radius_m * (math.cos(angle) * across[0] + math.sin(angle) * across[1])
+        yield probe.press(FIRM_N, aside)
+        depth_m = probe.depth_m()
+        if depth_m > command.depth_m - SHORT_M or (touched_m - depth_m) < -DROP_M:
+            return "found"
+        if math.isnan(touched_m):
+            touched_m = depth_m if probe.press_n() > 0.7 * FIRM_N else math.nan
+            continue
+        touched_m = min(touched_m, depth_m) if probe.press_n() > 0.5 * FIRM_N else touched_m
+        step_m = SEARCH_M_S * dt
+        angle += step_m / max(radius_m, TURN_M / 2)
+        probe.searched_m += step_m
+    return "not_found"
+
+
+def _push(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
+    """Push down the hole, giving way aside; then tug: ``inserted``, ``force_limit`` or ``not_found``."""
+    best_m, since_s, dt = probe.depth_m(), 0.0, probe.led.arm.body.tick_s
+    while probe.depth_m() < command.depth_m - SHORT_M / 2:
+        yield probe.press(PUSH_N, probe.aside_m())
+        since_s = 0.0 if probe.depth_m() > best_m + 1e-3 else since_s + dt
+        best_m = max(best_m, probe.depth_m())
+        if since_s > STUCK_S or probe.press_n() > LIMIT_N:
+            break
+    if probe.depth_m() < command.depth_m - SHORT_M:
+        return "force_limit"
+    forces = []
+    for direction in _across(probe.axis):
+        for sign in (1.0, -1.0):
+            forces.append((yield from _tug(probe, sign * direction)))
+    # Beside the hole nothing holds the tip: all four tugs must feel walls.
+    return "inserted" if min(forces) > TUG_N else "not_found"
+
+
+def _tug(probe: _Probe, direction: np.ndarray) -> Generator[Tick, None, float]:
+    """Lead the tip aside and back; return the most force that held it [N]."""
+    start, most_n = probe.aside_m(), 0.0
+    count = round(TUG_S / probe.led.arm.body.tick_s)
+    for k in range(2 * count):
+        share = min(1.0, 2.0 - k / count) * min(1.0, 2 * k / count)
+        yield probe.press(FIRM_N, start + share * TUG_M * direction)
+        most_n = max(most_n, float(probe.led.force() @ direction))
+    return most_n
+
+
+def _across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors (3,) across an axis and each other."""
+    other = np.array([1.0, 0.0, 0.0]) if abs(axis[0]) < 0.9 else UP
+    first = np.cross(axis, other)
+    first = first / np.linalg.norm(first)
+    return first, np.cross(axis, first)
