@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from teleop_sim.core.errors import BadInput, Problem
+from teleop_sim.core.units import format_quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,10 +56,8 @@ def draw_decision(found: pd.DataFrame, link: Sequence[str], choose: str, measure
             _panel(axes, rows, across, up, colour)
             named = zip(link[:-2], key if isinstance(key, tuple) else (key,), strict=False)
             axes.set_title(", ".join(f"{name} {value}" for name, value in named), fontsize=9)
-        unit = " s" if measure.kind == "time" else ""
-        figure.suptitle(
-            f"Best {choose} by {measure.kind}: margin{unit} over the second best; pale: not sure", fontsize=10
-        )
+        unit = " [s]" if measure.kind == "time" else ""
+        figure.suptitle(f"Best {choose} by {measure.kind}\nmargin{unit} over the second; pale: not sure", fontsize=9)
         patches = [Patch(facecolor=colour[level], label=level) for level in levels]
         figure.legend(handles=patches, loc="outside lower center", ncols=len(levels), frameon=False)
         figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix.lower() == ".svg" else {})
@@ -71,11 +70,11 @@ def _panel(axes: Axes, rows: pd.DataFrame, across: str, up: str, colour: dict[st
         x, y = xs.index(row[across]), ys.index(row[up]) if up else 0
         sure = row["verdict"] == "clear"
         axes.add_patch(_square(x, y, colour[str(row["best"])], 1.0 if sure else UNSURE_ALPHA))
-        words = f"{row['best']}\n+{row['margin']:.3g} ± {(row['high'] - row['low']) / 2:.2g}"
+        words = f"{row['best']}\n+{_short(row['margin'])} ± {_short((row['high'] - row['low']) / 2)}"
         axes.text(x, y, words, ha="center", va="center", fontsize=7.5, color="black")
     axes.set(xlim=(-0.5, len(xs) - 0.5), ylim=(-0.5, len(ys) - 0.5), xlabel=across, ylabel=up)
-    axes.set_xticks(range(len(xs)), [_number(v) for v in xs])
-    axes.set_yticks(range(len(ys)), [_number(v) for v in ys])
+    axes.set_xticks(range(len(xs)), [format_quantity(across, v) for v in xs])
+    axes.set_yticks(range(len(ys)), [format_quantity(up, v) for v in ys])
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
@@ -87,5 +86,5 @@ def _square(x: int, y: int, colour: str, alpha: float) -> Any:
     return Rectangle((x - 0.48, y - 0.46), 0.96, 0.92, facecolor=colour, alpha=alpha, linewidth=0)
 
 
-def _number(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
+def _short(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"

@@ -56,7 +56,6 @@ def _kept(problems: list[Problem], make: Callable[[], T]) -> T | None:
 
 def _planned(given: Mapping[str, Any], axes: Mapping[str, str]) -> Plan:
     from teleop_sim.sweep.planning import RUNS, plan_sweep
-    from teleop_sim.sweep.study import refuse_bad_cells
 
     problems: list[Problem] = []
     if given["scenario"] is None:
@@ -81,8 +80,6 @@ def _planned(given: Mapping[str, Any], axes: Mapping[str, str]) -> Plan:
                 **{key: given[key] for key in keys},
             ),
         )
-    if plan is not None:
-        _kept(problems, lambda: refuse_bad_cells(plan))
     if problems or plan is None:
         raise BadInput(tuple(problems))
     return plan

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from teleop_sim.cli_show import Paper
 from teleop_sim.core.errors import BadInput, Problem, UnknownName
-from teleop_sim.core.units import format_rate, format_time
+from teleop_sim.core.units import format_quantity, format_time
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,17 +70,8 @@ def _physical(plan: Plan, cell: int) -> str:
 
 def _levels(plan: Plan, factor: int) -> str:
     values = list(dict.fromkeys(cell[factor] for cell in plan.cells))
-    shown = ", ".join(factor_words(plan.factors[factor].name, value) for value in values[:8])
+    shown = ", ".join(format_quantity(plan.factors[factor].name, value) for value in values[:8])
     return shown + (f", ... ({len(values)} in all)" if len(values) > 8 else "")
-
-
-def factor_words(name: str, value: object) -> str:
-    """A factor's value for people, with its unit."""
-    if isinstance(value, float) and name.endswith("_bps"):
-        return format_rate(value)
-    if isinstance(value, float) and name.endswith("_s"):
-        return f"{value:g} s"
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @contextmanager
@@ -155,7 +146,7 @@ def _cells_table(rows: pd.DataFrame, factors: list[str]) -> Table:
     for row in rows.to_dict("records"):
         share = f"{row['completion_low']:.0%} - {row['completion_high']:.0%}"
         mean = f"{row['mean_s_low']:.1f} - {row['mean_s_high']:.1f}"
-        cells = (factor_words(name, row[name]) for name in factors)
+        cells = (format_quantity(name, row[name]) for name in factors)
         table.add_row(*cells, str(row["runs"]), f"{row['completion']:.0%}", share, f"{row['mean_s']:.1f}", mean)
     return table
 
@@ -201,7 +192,7 @@ def print_decision(found: Decision) -> None:
     for name in (*found.link, "best", "value", "second", "better by", "95 %", "sure", "verdict"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in found.map.to_dict("records"):
-        cells = [factor_words(name, row[name]) for name in found.link]
+        cells = [format_quantity(name, row[name]) for name in found.link]
         span, verdict = f"{row['low']:.3g} - {row['high']:.3g}", row["verdict"]
         also = f" with {row['contenders']}" if verdict == "tie" else ""
         shown = (f"{row['value']:.4g}", str(row["second"]), f"{row['margin']:.3g}", span, f"{row['best_share']:.0%}")

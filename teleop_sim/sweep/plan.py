@@ -7,7 +7,7 @@ order, does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
 
@@ -78,11 +78,7 @@ class Plan:
 
     def overrides(self, cell: int) -> dict[str, object]:
         """The scenario's keys that a cell sets."""
-        merged: dict[str, object] = {}
-        # What clears a whole table goes first, whatever the order of the factors.
-        for factor, value in sorted(zip(self.factors, self.cells[cell], strict=True), key=lambda fv: not fv[0].clears):
-            merged |= factor.overrides(value)
-        return merged
+        return merged(self.factors, self.cells[cell])
 
     def scenario_of(self, cell: int) -> Scenario:
         """The scenario of a cell.
@@ -104,6 +100,15 @@ class Plan:
         """Of all that decides what the runs are, 16 hexadecimal digits; not of how many there are."""
         axes = tuple((f.name, f.keys, f.clears) for f in self.factors)
         return fingerprint(self.scenario, self.name, self.cells, axes, self.seed).hex()[:16]
+
+
+def merged(factors: Sequence[Factor], cell: Sequence[Value]) -> dict[str, object]:
+    """The scenario's keys that a cell sets."""
+    keys: dict[str, object] = {}
+    # What clears a whole table goes first, whatever the order of the factors.
+    for factor, value in sorted(zip(factors, cell, strict=True), key=lambda pair: not pair[0].clears):
+        keys |= factor.overrides(value)
+    return keys
 
 
 def to_json(plan: Plan) -> dict[str, Any]:

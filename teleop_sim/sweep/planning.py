@@ -5,17 +5,19 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar, cast
 
 from teleop_sim.core.errors import BadInput, Problem, UnknownName
-from teleop_sim.scenarios.files import load_scenario, scenario_to_toml
+from teleop_sim.scenarios.files import load_scenario, read_scenario, scenario_to_toml
+from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.stats.runs import KINDS, Measure
 from teleop_sim.stats.stopping import StopRule
 from teleop_sim.sweep.designs import SAMPLED, grid, sampled
 from teleop_sim.sweep.factors import AXES, Factor, Value, axis_factor, set_factor
-from teleop_sim.sweep.plan import DETAILS, Detail, Plan, Until
+from teleop_sim.sweep.plan import DETAILS, Detail, Plan, Until, merged
 
 T = TypeVar("T")
 RUNS: Final = 20
@@ -48,7 +50,7 @@ def plan_sweep(
         detail: of ``plan.DETAILS``.
         until: such as ``ci=5%``: a cell is done when the 95 % interval of its measure is that narrow.
         measure: of the stopping rule: ``time``, ``success`` or ``score``.
-        deadline_s: of ``time`` and ``success``; None: the scenario's time limit.
+        deadline_s: of ``time`` and ``success``; None: the time limit, the shortest of all cells.
 
     Raises:
         BadInput: every problem of the arguments.
@@ -61,14 +63,14 @@ def plan_sweep(
         found.problems.append(Problem("--runs", f"{runs} runs of each cell", "Give one or more."))
     if detail not in DETAILS:
         found.keep(lambda: _refuse("--detail", detail, tuple(DETAILS)))
-    limit_s = deadline_s if deadline_s is not None else base.time_limit_s if base else 1.0
-    rule = found.keep(lambda: _until(until, measure, limit_s)) if until else None
+    rule = found.keep(lambda: _until(until, measure)) if until else None
     the_seed = seed if seed is not None else base.seed if base else 0
     made = found.keep(lambda: _cells(factors, design, the_seed))
-    if found.problems or base is None or made is None:
-        # One axis may be wrong in several cells: say it once.
+    if base is None or made is None or found.problems:
+        if base is not None:
+            _check_values(base, made[0] if made else factors, found)
         raise BadInput(tuple(dict.fromkeys(found.problems)))
-    return Plan(
+    plan = Plan(
         scenario=scenario_to_toml(base),
         name=base.name,
         source=str(scenario),
@@ -78,8 +80,23 @@ def plan_sweep(
         replicates=runs,
         seed=the_seed,
         detail=cast(Detail, detail),
-        until=rule,
     )
+    limit_s = _checked(plan, base, found)
+    if rule is None:
+        return plan
+    return replace(plan, until=Until(Measure(measure, limit_s if deadline_s is None else deadline_s), rule))
+
+
+def _checked(plan: Plan, base: Scenario, found: _Found) -> float:
+    """Make every cell's scenario once; the shortest time limit [s] of them.
+
+    A value may be wrong only beside another, so cells decide; but what is wrong with one is said once.
+    """
+    try:
+        return min(plan.scenario_of(cell).time_limit_s for cell in range(len(plan.cells)))
+    except BadInput as error:
+        _check_values(base, plan.factors, found)
+        raise BadInput(tuple(dict.fromkeys(found.problems)) or error.problems) from None
 
 
 class _Found:
@@ -108,6 +125,22 @@ def _factors(axes: Mapping[str, str], settings: Sequence[str], found: _Found) ->
                 found.problems.append(Problem("sweep", what, "Give one of the two."))
             seen[key] = factor.name
     return made
+
+
+def _check_values(base: Scenario, factors: Sequence[Factor], found: _Found) -> None:
+    """Each value beside the first ones of the other factors: what is wrong with it is said once, not for each cell."""
+    text = scenario_to_toml(base)
+    first = [_levels(factor)[0] for factor in factors]
+    labels = {key: factor.name for factor in factors for key in (*factor.keys, *factor.clears)}
+    for n, factor in enumerate(factors):
+        for value in _levels(factor):
+            cell = (*first[:n], value, *first[n + 1 :])
+            overrides = merged(factors, cell)
+            found.keep(partial(read_scenario, text, "the scenario", base.name, overrides, labels))
+
+
+def _levels(factor: Factor) -> tuple[Value, ...]:
+    return factor.levels if isinstance(factor.levels, tuple) else (factor.levels.low, factor.levels.high)
 
 
 def _cells(
@@ -168,9 +201,9 @@ def _one(name: str, text: str) -> Factor:
     return factor
 
 
-def _until(text: str, measure: str, limit_s: float) -> Until:
-    found = re.fullmatch(r"ci=([0-9.]+)%", text.replace(" ", ""))
-    share = float(found[1]) / 100.0 if found and found[1].count(".") <= 1 and found[1] != "." else 0.0
+def _until(text: str, measure: str) -> StopRule:
+    found = re.fullmatch(r"ci=(\d+\.?\d*|\.\d+)%", text.replace(" ", ""))
+    share = float(found[1]) / 100.0 if found else 0.0
     problems = []
     if not 0.0 < share < 1.0:
         problems.append(Problem("--until", f"{text!r} is not understood", "Give a half width, such as ci=5%."))
@@ -178,7 +211,7 @@ def _until(text: str, measure: str, limit_s: float) -> Until:
         problems += UnknownName("--measure", measure, KINDS).problems
     if problems:
         raise BadInput(tuple(problems))
-    return Until(Measure(measure, limit_s), StopRule(relative=share))
+    return StopRule(relative=share)
 
 
 def _refuse(where: str, name: str, choices: tuple[str, ...]) -> None:
