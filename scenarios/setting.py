@@ -7,9 +7,8 @@ A key of a direction that is given to ``link`` alone, such as ``link.delay_s``, 
 from __future__ import annotations
 
 import copy
-import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -75,8 +74,7 @@ def spread(keys: Mapping[str, T]) -> dict[str, T]:
 def read_setting(text: str) -> tuple[str, object]:
     """Key and value of a text such as ``link.up.rate_bps=64bps``.
 
-    The value is as in a scenario file; a text needs no quotes if it starts with a letter; rates (``_bps``) and times
-    (``_s``) may have a unit.
+    The value is as in a scenario file; a text needs no quotes; rates (``_bps``) and times (``_s``) may have a unit.
 
     Raises:
         BadInput: no key, or a value that is not understood.
@@ -106,7 +104,8 @@ def _value(dotted: str, text: str, where: str) -> object:
         return parse_rate_bps(text, where)
     if dotted.endswith("_s"):
         return parse_time_s(text, where)
-    if re.match(r"[A-Za-z]", text):
+    if text and text[0] not in "[{\"'":
+        # A bare word; whether a text will do at this key is the schema's to say.
         return text
     what = f"{shown(text)} is no value" if text else "has no value"
     raise BadInput((Problem(where, what, "Write it as in a scenario file: 0.5, true, [0.2, 0.4], a name."),))
@@ -125,40 +124,40 @@ def _put(tables: dict[str, Any], path: KeyPath, value: object, asked: Iterable[K
         return Problem(where, "is no key", _HOW)
     here: Any = tables
     for n, name in enumerate(path):
-        found, last = key_text(path[:n]), n == len(path) - 1
-        if isinstance(name, int):
-            if not isinstance(here, list) or name >= len(here):
-                what = f"there is no [{name}] in {found}, which is {shown(here)}"
-                return Problem(where, what, "Count from 0 within the list that the file gives, or give the whole list.")
-        elif not isinstance(here, dict):
-            return Problem(where, f"{found} is {shown(here)}, not a table", f"Set {found} itself.")
-        if last:
+        problem = _no_place(here, name, key_text(path[:n]), where)
+        if problem is not None:
+            return problem
+        if n == len(path) - 1:
             here[name] = value
         elif isinstance(name, int):
             here = here[name]
         else:
-            here = _opened(here, path[: n + 1], asked)
+            if path[0] == "link" and name in MODELS:
+                _name_model(here, name, [str(other[-1]) for other in asked if other[:-1] == path[: n + 1]])
+            here = here.setdefault(name, {})
     return None
 
 
-def _opened(table: dict[str, Any], path: KeyPath, asked: Iterable[KeyPath]) -> Any:
-    """What stands in a table under the last name of a path, as a table if there was nothing or the name of a model."""
-    name = str(path[-1])
-    if name in MODELS and path[0] == "link":
-        keys = [str(other[-1]) for other in asked if other[:-1] == path]
-        if table.get(name) is None and (model := _model_with(name, keys)) is not None:
-            table[name] = {MODEL: model}
-        elif isinstance(table.get(name), str):
-            table[name] = {MODEL: table[name]}
-    return table.setdefault(name, {})
-
-
-def _model_with(kind: str, keys: Iterable[str]) -> str | None:
-    """The first model of a kind that has all the keys."""
-    for name, made in MODELS[kind].items():
-        if {field.name for field in fields(made)}.issuperset(keys):
-            return name
+def _no_place(here: object, name: str | int, found: str, where: str) -> Problem | None:
+    """Why nothing can be put into what was found at a key."""
+    if isinstance(name, int) and not (isinstance(here, list) and name < len(here)):
+        what = f"there is no [{name}] in {found}, which is {shown(here)}"
+        return Problem(where, what, "Count from 0 within the list that the file gives, or give the whole list.")
+    if isinstance(name, str) and not isinstance(here, dict):
+        return Problem(where, f"{found} is {shown(here)}, not a table", f"Set {found} itself.")
     return None
+
+
+def _name_model(table: dict[str, Any], kind: str, keys: Sequence[str]) -> None:
+    """Make a table of a model's bare name; where there is none, of the first model that has the keys."""
+    now = table.get(kind)
+    if isinstance(now, str):
+        table[kind] = {MODEL: now}
+    elif now is None and MODEL not in keys:
+        models = MODELS[kind]
+        fitting = (name for name, made in models.items() if {field.name for field in fields(made)}.issuperset(keys))
+        # What fits none is told by the one with the most to choose from.
+        table[kind] = {MODEL: next(fitting, max(models, key=lambda name: len(fields(models[name]))))}
 
 
 def _source_path(path: KeyPath) -> KeyPath | None:

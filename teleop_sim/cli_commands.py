@@ -53,6 +53,12 @@ def _complete_autonomy(incomplete: str) -> list[str]:
     return [name for name in AUTONOMY if name.startswith(incomplete)]
 
 
+def _complete_robot(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.names import ROBOTS
+
+    return [name for name in ROBOTS if name.startswith(incomplete)]
+
+
 def _complete_pacing(incomplete: str) -> list[str]:
     from teleop_sim.scenarios.names import PACINGS
 
@@ -109,6 +115,10 @@ def run(
             autocompletion=complete_delivery,
         ),
     ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(help="atlas, thormang3 or valkyrie.", metavar="NAME", autocompletion=_complete_robot),
+    ] = None,
     autonomy: Annotated[
         str | None,
         typer.Option(help="off, low, high or full.", metavar="LEVEL", autocompletion=_complete_autonomy),
@@ -116,6 +126,14 @@ def run(
     pacing: Annotated[
         str | None,
         typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=_complete_pacing),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="Any key of a scenario file, such as disturbances.pushes.force_n=20; again for more.",
+            metavar="KEY=VALUE",
+        ),
     ] = None,
     seed: Annotated[str | None, typer.Option(help="Fixes all chance, such as 1.", metavar="N")] = None,
     time_limit: Annotated[
@@ -137,6 +155,7 @@ def run(
         "--uplink": uplink,
         "--downlink": downlink,
         "--latency": latency,
+        "--robot": robot,
         "--autonomy": autonomy,
         "--pacing": pacing,
         "--seed": seed,
@@ -145,7 +164,7 @@ def run(
     with errors_shown():
         from teleop_sim.cli_options import scenario_from
 
-        chosen = scenario_from(scenario, given, out)
+        chosen = scenario_from(scenario, given, out, settings or ())
         result = _watched_run(chosen, out, quiet)
         _print_result(result, as_json)
     raise typer.Exit(DONE if result.outcome == "completed" else FAILED)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,6 +52,7 @@ OPTIONS = (
     _Option("--downlink", ("link.down.rate_bps",), parse_rate_bps),
     _Option("--latency", ("link.up.delay_s", "link.down.delay_s"), parse_time_s),
     _Option("--header", ("link.up.header_bytes", "link.down.header_bytes"), _whole),
+    _Option("--robot", ("robot",), _text),
     _Option("--autonomy", ("autonomy",), _text),
     _Option("--pacing", ("pacing",), _text),
     _Option("--seed", ("seed",), _whole),
@@ -59,8 +60,16 @@ OPTIONS = (
 )
 
 
-def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path) -> Scenario:
-    """The scenario with the given options (name to text, None: not given) in force; the log must fit into ``out``.
+def scenario_from(
+    name_or_path: str, given: Mapping[str, str | None], out: Path, settings: Sequence[str] = ()
+) -> Scenario:
+    """The scenario with options in force; the log must fit into ``out``.
+
+    Args:
+        name_or_path: of the scenario.
+        given: options, name to text; None: not given.
+        out: directory of the log.
+        settings: texts of ``--set``, such as ``link.up.rate_bps=64bps``.
 
     Raises:
         BadInput: every problem of the options, of the scenario file and of ``out``.
@@ -68,26 +77,20 @@ def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path)
     """
     from teleop_sim.scenarios.files import load_scenario
 
-    problems: list[Problem] = []
-    values: dict[str, object] = {}
-    labels: dict[str, str] = {}
+    changes = _Changes()
     if given.get("--preset") is not None:
         # The whole link is the preset's; what other options say is changed afterwards.
-        values |= {"link.up": {}, "link.down": {}}
-        labels |= dict.fromkeys(values, "--preset")
+        changes.values |= {"link.up": {}, "link.down": {}}
+        changes.labels |= dict.fromkeys(changes.values, "--preset")
     for option in OPTIONS:
         text = given.get(option.name)
         if text is not None:
-            try:
-                value = option.parse(text, option.name)
-            except BadInput as error:
-                problems += error.problems
-            else:
-                values |= dict.fromkeys(option.keys, value)
-                labels |= dict.fromkeys(option.keys, option.name)
-    scenario = None
+            changes.take(option, text)
+    for text in settings:
+        changes.set(text)
+    problems, scenario = changes.problems, None
     try:
-        scenario = load_scenario(name_or_path, values, labels)
+        scenario = load_scenario(name_or_path, changes.values, changes.labels)
     except BadInput as error:
         problems += error.problems
     problems += _log_problems(out, scenario)
@@ -95,6 +98,41 @@ def scenario_from(name_or_path: str, given: Mapping[str, str | None], out: Path)
         # One option may set two keys: say it once.
         raise BadInput(tuple(dict.fromkeys(problems)))
     return scenario
+
+
+class _Changes:
+    """Changes of a scenario by dotted key, what each was called, and what was wrong with them."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, object] = {}
+        self.labels: dict[str, str] = {}
+        self.problems: list[Problem] = []
+
+    def take(self, option: _Option, text: str) -> None:
+        """What an option asks for."""
+        try:
+            value = option.parse(text, option.name)
+        except BadInput as error:
+            self.problems += error.problems
+        else:
+            self.values |= dict.fromkeys(option.keys, value)
+            self.labels |= dict.fromkeys(option.keys, option.name)
+
+    def set(self, text: str) -> None:
+        """What a text of ``--set`` asks for."""
+        from teleop_sim.scenarios.setting import label, read_setting, spread
+
+        try:
+            key, value = read_setting(text)
+        except BadInput as error:
+            self.problems += error.problems
+            return
+        asked = spread({key: value})
+        earlier = sorted({self.labels[name] for name in asked if name in self.labels})
+        if earlier:
+            self.problems.append(Problem(label(key), f"was given before, by {earlier[0]}", "Keep one of the two."))
+        self.values |= asked
+        self.labels |= dict.fromkeys(asked, label(key))
 
 
 def log_path(out: Path, scenario: Scenario) -> Path:

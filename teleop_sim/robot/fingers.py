@@ -40,6 +40,10 @@ class Fitting:
     data: FingerData
 
 
+# Where the handle goes, how wide the fingers open and how far they close was found by eye and by trials at the dish
+# task's knob; radii, tips, palms and the tips' forces are assumed: the published models have placeholders of 10 and
+# 60 N m on every joint and no shapes for fingers.
+
 VALKYRIE = Fitting(
     pattern=r"(Thumb|Finger|Pinky)",
     prefixes=("left", "right"),
@@ -63,7 +67,31 @@ VALKYRIE = Fitting(
     ),
 )
 
-FITTINGS: Mapping[str, Fitting] = MappingProxyType({"valkyrie": VALKYRIE})
+ATLAS = Fitting(
+    pattern=r"_finger_",
+    prefixes=("l_", "r_"),
+    position_m=(0.0, -0.275, 0.0),
+    tilt_rad=0.0,
+    mirrored=False,
+    palm=(((-0.02, -0.2, 0.0), (0.02, -0.2, 0.0), 0.045),),
+    data=FingerData(
+        radius_m=0.011,
+        tips_m=(("_link_3", (0.035, 0.0, 0.0)),),
+        tip_force_n=30.0,
+        closing=(
+            # The two neighbours are drawn together, or a knob slips between them (measured: parallel they lose it).
+            Closing("_palm_finger_1", -0.15, -0.15),
+            Closing("_palm_finger_2", 0.15, 0.15),
+            Closing("_joint_1", 0.0, 0.6),
+            Closing("_joint_2", 0.0, 0.6),
+            Closing("_joint_3", 0.0, 0.8),
+        ),
+    ),
+)
+
+FITTINGS: Mapping[str, Fitting] = MappingProxyType({"atlas": ATLAS, "valkyrie": VALKYRIE})
+"""By robot. Valkyrie's hand has 13 joints (thumb 4, three fingers of 3), Atlas' Robotiq gripper 11 (three fingers of 3,
+two that spread)."""
 
 
 def with_fingers(spec: RobotSpec) -> RobotSpec:

@@ -40,6 +40,7 @@ class Gains(NamedTuple):
     height_damping: float = 16.0
     upper: float = 90.0
     upper_damping: float = 18.0
+    heading_error_rad: float = 0.05
 
 
 class Arrays(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 
 from teleop_sim.world import contact
 from teleop_sim.world.description import Description, Joint, Vector, rotation_rpy
-from teleop_sim.world.hand_parts import Drive, HandPart, Lump, Placed, Solid, opened
+from teleop_sim.world.hand_parts import ORIGIN, Drive, HandPart, Lump, Placed, Solid, opened
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class FingerHand:
 
 def _frames(hand: FingerHand) -> tuple[Placed, ...]:
     """Where the bodies of the open hand are: one solid a part stands for it."""
-    mark = Solid("", "box", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    mark = Solid("", "box", ORIGIN, ORIGIN)
     return opened(FingerHand((), tuple(replace(part, solids=(mark,)) for part in hand.parts)))
 
 
@@ -129,7 +129,7 @@ def finger_parts(
                 position_m=(float(x), float(y), float(z)),
                 rotation=turn,
                 drive=_drive(description, joint, data),
-                solids=(_phalanx(description, joint, names[joint.child], data),),
+                solids=_phalanx(description, joint, names[joint.child], data),
                 link=description.link(joint.child),
             )
         )
@@ -151,16 +151,12 @@ def _end(description: Description, link: str, data: FingerData) -> np.ndarray:
     return np.array(next(tip for pattern, tip in data.tips_m if re.search(pattern, link)))
 
 
-def _phalanx(description: Description, joint: Joint, name: str, data: FingerData) -> Solid:
-    x, y, z = _end(description, joint.child, data)
-    return Solid(
-        f"Bar{name}",
-        "capsule",
-        (0.0, 0.0, 0.0),
-        (float(x), float(y), float(z)),
-        data.radius_m,
-        friction=data.friction,
-    )
+def _phalanx(description: Description, joint: Joint, name: str, data: FingerData) -> tuple[Solid, ...]:
+    """Its capsule; none for a link whose next joint is in the same place."""
+    x, y, z = (float(v) for v in _end(description, joint.child, data))
+    if (x, y, z) == ORIGIN:
+        return ()
+    return (Solid(f"Bar{name}", "capsule", ORIGIN, (x, y, z), data.radius_m, friction=data.friction),)
 
 
 def _drive(description: Description, joint: Joint, data: FingerData) -> Drive:

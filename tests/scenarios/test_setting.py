@@ -164,6 +164,9 @@ def test_the_order_of_changes_does_not_matter(changes: dict[str, int]) -> None:
         ('link.up.loss={ model = "none" }', "link.up.loss", {"model": "none"}),
         ("question=Does a = b?", "question", "Does a = b?"),
         ("link.up.reorder=true", "link.up.reorder", True),
+        # Only keys say what a unit may be; a key that does not exist is told by the schema.
+        ("link.up.rate_bsp=64bps", "link.up.rate_bsp", "64bps"),
+        ("seed=1\nrobot=2", "seed", "1\nrobot=2"),
     ],
 )
 def test_a_setting_is_read_as_people_write_it(text: str, key: str, value: object) -> None:
@@ -178,17 +181,12 @@ def test_a_setting_is_read_as_people_write_it(text: str, key: str, value: object
         ("", "--set: '' sets nothing"),
         ("seed=", "--set seed: has no value"),
         ("world.clutter=[2", "--set world.clutter: '[2' is no value"),
-        ("seed=1\nrobot=2", "--set seed: '1\\nrobot=2' is no value"),
         ("seed=" + "[" * 5000, "--set seed: '" + "[" * 36 + "... is no value"),
-        ("link.up.rate_bps=64", ""),
         ("link.up.rate_bps=64parsecs", "--set link.up.rate_bps: '64parsecs' is not understood"),
         ("link.up.delay_s=soon", "--set link.up.delay_s: 'soon' is not understood"),
     ],
 )
 def test_a_setting_that_says_nothing_is_refused(text: str, said: str) -> None:
-    if not said:
-        assert read_setting(text)
-        return
     with pytest.raises(BadInput) as error:
         read_setting(text)
     assert str(error.value).split("\n")[0] == said
