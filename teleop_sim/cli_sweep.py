@@ -156,3 +156,16 @@ def decide(
 
             draw_decision(found.map, found.link, choose, found.measure, plot)
             say(f"wrote {plot}") if not as_csv else None
+
+
+def sensitivity(
+    directory: Annotated[Path, typer.Argument(help="Of a sweep with --design morris:N or saltelli:N.", metavar="DIR")],
+    measure: Annotated[str, _option("time, success or score.", "NAME")] = "time",
+    deadline: _Deadline = None,
+) -> None:
+    """Print how much each factor of a sweep matters, as CSV: elementary effects or Sobol indices."""
+    with errors_shown():
+        from teleop_sim.cli_sweep_options import seconds
+        from teleop_sim.sweep.sensitivity import sensitivity as analysed
+
+        say(analysed(directory, measure, seconds(deadline)).to_csv(index=False, float_format="%.6g").rstrip("\n"))

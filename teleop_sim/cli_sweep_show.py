@@ -182,7 +182,8 @@ def decision_rows(directory: Path, choose: str, kind: str, deadline: str | None)
         raise BadInput((Problem(str(directory), "has no finished run", "Go on with teleop-sim sweep --resume."),))
     deadline_s = seconds(deadline)
     measure = Measure(kind, common_limit_s(runs) if deadline_s is None else deadline_s)
-    link = [name for name in factors if name != choose]
+    # An axis with one value is no axis of the map.
+    link = [name for name in factors if name != choose and runs[name].nunique() > 1]
     return Decision(decision_map(runs, link, choose, measure, plan.seed), link, choose, measure)
 
 

@@ -1,6 +1,7 @@
 """Sweeps that are killed at random instants, whole process group, and resumed."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 from teleop_sim.log.load import load
+from teleop_sim.sweep.cluster import Cluster
 from teleop_sim.sweep.folder import SweepFolder
 from teleop_sim.sweep.index import load_sweep
 from teleop_sim.sweep.planning import plan_sweep
@@ -37,8 +39,13 @@ def killed(sweep: subprocess.Popen[bytes], after_s: float) -> bool:
         os.killpg(sweep.pid, signal.SIGKILL)
         sweep.communicate()
         return True
-    assert sweep.returncode == 0, sweep.communicate()
+    finish(sweep)
     return False
+
+
+def finish(sweep: subprocess.Popen[bytes]) -> None:
+    _, said = sweep.communicate(timeout=600)
+    assert sweep.returncode == 0, said.decode()
 
 
 def check_all_listed_are_whole(path: Path) -> int:
@@ -54,7 +61,9 @@ def check_all_listed_are_whole(path: Path) -> int:
 def disturbed(path: Path, kills: int, runs: int, seed: int) -> None:
     """A sweep that is killed so often, and its undisturbed twin beside it."""
     rng = np.random.default_rng(seed)
-    plan = plan_sweep("src-dish", {"--uplink": "64bps,4kbps", "--autonomy": "off,full"}, ["time_limit_s=60.0"], runs=runs)
+    plan = plan_sweep(
+        "src-dish", {"--uplink": "64bps,4kbps", "--autonomy": "off,full"}, ["time_limit_s=60.0"], runs=runs
+    )
     run_sweep(plan, path / "whole", Here())
     out, done = path / "cut", 0
     sweep = start("src-dish", *OPTIONS, "--runs", str(runs), "--out", str(out), "--workers", "2")
@@ -76,7 +85,7 @@ def disturbed(path: Path, kills: int, runs: int, seed: int) -> None:
         else:
             arguments = ["src-dish", *OPTIONS, "--runs", str(runs), "--out", str(out), "--workers", "2"]
         sweep = start(*arguments)
-    assert sweep.wait(timeout=600) == 0, sweep.communicate()
+    finish(sweep)
     pd.testing.assert_frame_equal(load_sweep(out), load_sweep(path / "whole"), check_exact=True)
     assert SweepFolder(out).index.exists()
 
@@ -93,14 +102,12 @@ def test_a_sweep_killed_fifty_times_ends_as_if_undisturbed(tmp_path: Path):
 class KillOne:
     """Watches a sweep and kills the first worker that has finished a run."""
 
-    def __init__(self, workers: "list[int] | None" = None) -> None:
+    def __init__(self, workers: list[int] | None = None) -> None:
         self.workers = workers
         self.victim = 0
 
     def __call__(self, at) -> None:
         if at.done and not self.victim:
-            import multiprocessing
-
             found = self.workers or [child.pid for child in multiprocessing.active_children() if child.pid]
             if found:
                 self.victim = found[0]
@@ -121,8 +128,6 @@ def test_a_killed_worker_is_replaced_and_its_replicate_run_again(tmp_path: Path)
 
 
 def test_a_dask_worker_may_be_killed_in_the_middle(tmp_path: Path):
-    from teleop_sim.sweep.cluster import Cluster
-
     run_sweep(small(6), tmp_path / "whole", Here())
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
