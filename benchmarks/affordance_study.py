@@ -16,11 +16,11 @@ import math
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from teleop_sim.robot.affordance import Affordance, Usability, rotated
-from teleop_sim.robot.affordance_table import with_tool
+from teleop_sim.robot.affordance import Affordance, Usability, felt, rotated
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.chain_ik import Target, search, two_stage
 from teleop_sim.robot.collision import Collisions
@@ -124,6 +124,8 @@ def bench_of(setting: Setting, rng: np.random.Generator) -> Bench:
     bench = Bench(thing=setting.thing, place=place, yaw_rad=STANCE_RAD * dyaw, grip=0.4 + 0.6 * grip)
     force = resist_n if setting.thing == "slide" else resist_n * bench.orbit_m
     start_rad = 0.0 if setting.thing in ("slide", "rod") else float(start) * 2 * math.pi
+    if setting.thing == "rod":
+        bench = replace(bench, tilt_rad=0.0)
     return replace(bench, resist=float(force), start_rad=start_rad)
 
 
@@ -164,8 +166,6 @@ class Trial:
         self.body = Body(spec, Plant(spec.model, self.bench))
         self.body.load(self.body.standing())
         self.state = self.body.save()
-        self.frames: list[tuple[float, np.ndarray]] = []
-        self.ticks = 0
         self.off = self.rng.normal(0.0, 1.0, 3) * setting.error_m
         self.tilt = self.rng.normal(0.0, 1.0, 3) * setting.error_m * TILT_RAD_M
         self.play(hold(self.arm(), 0.6, (0.0, 0.0)))
@@ -175,19 +175,13 @@ class Trial:
 
     def play(self, ticks: Ticks) -> bool:
         """Ticks outside a command. Returns whether the robot still stands."""
-        return all(self.tick(reference) for reference in ticks)
-
-    def tick(self, reference: Tick) -> bool:
-        upright = self.body.tick(reference)
-        self.ticks += 1
-        if self.ticks % 5 == 0:
-            self.frames.append((self.ticks * self.body.tick_s, self.body.plant.data.qpos.copy()))
-        return upright
+        return all(self.body.tick(reference) for reference in ticks)
 
     def take(self) -> str:
         """Bring the open hand over the handle, down to it, and close it. Return what went wrong, or nothing."""
         pointing = tilted(-self.bench.axes()[:, 2], self.tilt)
-        place = self.bench.handle() + self.off + SINK_M * pointing
+        sink_m = 0.0 if self.setting.thing == "rod" else SINK_M
+        place = self.bench.handle() + self.off + sink_m * pointing
         self.body.set_stand()
         arm, jaws = self.arm(), (JAW_OPEN, JAW_OPEN)
         now, stance = plan_stance(arm)
@@ -199,8 +193,8 @@ class Trial:
                 break
         if not found.within(0.012, 0.3):
             return "no_plan"
-        path, lifted = straight_path(solver, found.q, target, -LIFT_M * pointing, rows=9)
-        back = lambda: drawn_back(solver, path[-1])  # noqa: E731
+        path, _ = straight_path(solver, found.q, target, -LIFT_M * pointing, rows=9)
+        back = partial(drawn_back, solver, path[-1])
         way = free_way(Collisions(arm.robot, ()), solver.settle(now), path[-1], rest, back)
         for piece, seconds in ((way.q, 2.0), (path[::-1][1:], 1.5)):
             if not self.play(follow_path(arm, piece[:, arm.upper], seconds, jaws)):
@@ -242,6 +236,58 @@ class Trial:
             told = "fell"
         resist_n = self.bench.resist / arm_m
         return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, resist_n, seconds, WITHIN[thing])
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A path of the held rod's tip: as felt at the end, and the tip's true distance from the path [mm]."""
+
+    what: str
+    told: str
+    amount: float
+    mean_mm: float
+    worst_mm: float
+    end_mm: float
+
+
+TIP = Usability("tip", (0.0, 0.0, ROD_LENGTH_M), mass_kg=ROD_KG)
+CIRCLE_M = 0.08
+
+
+def traced(robot: str, seed: int) -> list[Traced]:
+    """Take the rod, lift it, trace a line of 0.2 m towards the robot and a circle beside it with its tip."""
+    trial = Trial(Setting(robot, "rod"), seed)
+    if trial.take():
+        return []
+    toward = -trial.bench.axes()[:, 0]
+    rows = [trace(trial, "lift 0.08 m", Affordance("linear", (0.0, 0.0, 1.0)), 0.08)]
+    rows.append(trace(trial, "line 0.2 m", Affordance("linear", triple(toward)), 0.2))
+    # To the left, where neither rack nor robot is in the rod's way.
+    hub = rod_tip(trial.body.plant) + CIRCLE_M * trial.bench.axes()[:, 1]
+    rows.append(trace(trial, "circle", Affordance("circular", (0.0, 0.0, 1.0), triple(hub)), 2 * math.pi))
+    return rows
+
+
+def trace(trial: Trial, what: str, affordance: Affordance, wanted: float) -> Traced:
+    """One path of the tip, watched in the physics."""
+    plant, tips = trial.body.plant, [rod_tip(trial.body.plant)]
+    plain = trial.body.tick
+
+    def watched(reference: Tick) -> bool:
+        upright = plain(reference)
+        tips.append(rod_tip(plant))
+        return upright
+
+    trial.body.tick = watched  # type: ignore[method-assign]
+    episode = trial.do(Act(SIDE, affordance, wanted, TIP))
+    trial.body.tick = plain  # type: ignore[method-assign]
+    near, off = 0.0, []
+    for tip in tips:
+        near, away = felt(affordance, tips[0], tip, near)
+        off.append(1e3 * float(np.linalg.norm(away)))
+    amount = episode.data.amount if episode.data else math.nan
+    unit_mm = 1e3 * (1.0 if affordance.kind == "linear" else CIRCLE_M)
+    return Traced(what, episode.outcome, amount, float(np.mean(off)), max(off), abs(near - wanted) * unit_mm)
 
 
 def tried(setting: Setting, seed: int) -> Tried:

@@ -29,6 +29,9 @@ def main() -> NoReturn:
 
 
 def _commands() -> int | str | None:
+    from teleop_sim.cli_start import start_quickly
+
+    start_quickly()
     from teleop_sim.cli_io import flush, prepare
 
     prepare()

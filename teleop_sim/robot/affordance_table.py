@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from teleop_sim.robot.affordance import Affordance, Usability, metres_per_unit, moved, turned
-from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target, two_stage
+from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target
 from teleop_sim.robot.commands import Side
 from teleop_sim.robot.kinematics import Kinematics
 
@@ -23,6 +23,8 @@ ARM_POSITION_M, ARM_AXIS_RAD = 0.003, 0.1
 """Residuals with which the arm alone is good enough (assumed)."""
 REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
 """Residuals beyond which a row is out of reach: what the cage was measured to hold (``circle_table``)."""
+DRAWN_M = 0.2
+"""Way of the tool on which the arm turns to the posture that is drawn to (assumed)."""
 FIRST_STEPS, ROW_STEPS = 60, 15
 DAMPING: Final = 1e-3
 """Of the sideways correction's least squares [m^2/rad^2]: keeps it finite near a stretched arm (assumed)."""
@@ -96,12 +98,17 @@ def motion_table(
 ) -> MotionTable:
     """Plan in two stages: the 7-joint arm alone, then, if that leaves too much, torso and arm.
 
-    A function of its arguments. The search begins at the posture ``now`` and goes from row to row, drawn to ``rest``.
+    A function of its arguments. The search begins at the posture ``now`` and goes from row to row, drawn to that at
+    first and over ``DRAWN_M`` more and more to ``rest``: another posture for the same place would be reached over
+    places that are not on the way, and the posture of the start may not do for many turns.
     """
     amounts, first, last = _rows(way)
-    tables = []
-    for stage, solver in two_stage(kinematics, side, stance, rest):
-        table = _table(solver, stage, now, way, amounts, (first, last))
+    unit_m, tables = metres_per_unit(way.affordance, way.start), []
+    shares = np.clip(math.copysign(unit_m / DRAWN_M, way.amount) * amounts, 0.0, 1.0)
+    for stage in ("arm", "chain"):
+        rests = [now + share * (rest - now) for share in shares]
+        solvers = [ChainIk(kinematics, side, stance, drawn, torso=stage == "chain") for drawn in rests]
+        table = _table(solvers, stage, now, way, amounts, (first, last))
         if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
             return table
         tables.append(table)
@@ -122,18 +129,18 @@ def _rows(way: Way) -> tuple[np.ndarray, int, int]:
 
 
 def _table(
-    solver: ChainIk, stage: str, now: np.ndarray, way: Way, amounts: np.ndarray, ends: tuple[int, int]
+    solvers: list[ChainIk], stage: str, now: np.ndarray, way: Way, amounts: np.ndarray, ends: tuple[int, int]
 ) -> MotionTable:
     first, last = ends
-    rows: dict[int, Solution] = {first: solver.solve(now, way.at(0.0), FIRST_STEPS)}
+    rows: dict[int, Solution] = {first: solvers[first].solve(now, way.at(0.0), FIRST_STEPS)}
     for k in range(first + 1, len(amounts)):
-        rows[k] = solver.solve(rows[k - 1].q, way.at(amounts[k]), ROW_STEPS)
+        rows[k] = solvers[k].solve(rows[k - 1].q, way.at(amounts[k]), ROW_STEPS)
     for k in range(first - 1, -1, -1):
-        rows[k] = solver.solve(rows[k + 1].q, way.at(amounts[k]), ROW_STEPS)
+        rows[k] = solvers[k].solve(rows[k + 1].q, way.at(amounts[k]), ROW_STEPS)
     asked = [rows[k] for k in range(first, last + 1)]
     good = [row.within(REFUSE_POSITION_M, REFUSE_AXIS_RAD) for row in asked]
     far = good.index(False) - 1 if False in good else len(good) - 1
-    slopes = [_slopes(solver, rows[k].q) for k in range(len(amounts))]
+    slopes = [_slopes(solvers[k], rows[k].q) for k in range(len(amounts))]
     return MotionTable(
         amounts=amounts,
         q=np.array([rows[k].q for k in range(len(amounts))]),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from teleop_sim.robot import law
+from teleop_sim.robot import law, numba_start
 from teleop_sim.robot.arrays import dofs, law_arrays, sole_loads
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.gait import Plan, stand_row
@@ -66,6 +66,7 @@ class Body:
     tick_s = TICK_S
 
     def __init__(self, spec: RobotSpec, plant: Plant) -> None:
+        numba_start.start()
         self.spec, self.plant = spec, plant
         model = plant.model
         self.joint_names = plant.robot_joints
@@ -214,12 +215,12 @@ class Body:
 
     def q(self) -> np.ndarray:
         """Measured angles of ``joint_names`` [rad]."""
-        angles: np.ndarray = self.plant.data.qpos[self._joint_qpos]
+        angles: np.ndarray = self._qpos[self._joint_qpos]
         return angles
 
     def upper(self) -> np.ndarray:
         """Measured angles of ``upper_names`` [rad]."""
-        angles: np.ndarray = self.plant.data.qpos[self._upper_qpos]
+        angles: np.ndarray = self._qpos[self._upper_qpos]
         return angles
 
     def base(self) -> tuple[np.ndarray, np.ndarray]:

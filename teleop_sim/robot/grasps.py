@@ -43,7 +43,7 @@ HAND_STANDS: Mapping[str, HandStand] = MappingProxyType(
     {
         "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 3.0),
         "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 3.0),
-        "thormang3": HandStand(0.6, 0.0, 0.36, 0.2, 0.65, 0.85, (0.32, 0.2, 0.8), 0.5),
+        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.8), 0.5),
     }
 )
 

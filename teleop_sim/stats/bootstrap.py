@@ -1,4 +1,4 @@
-"""Bootstrap intervals of means: bias-corrected and accelerated, for many samples at once.
+"""Intervals of means of any shape, for many samples at once: the bootstrap, and Student's t to fall back on.
 
 A resample is a row of weights on the replicates. One set of weights serves every column measured on the same
 replicates, so that differences of resampled means are resampled differences: the pairing survives.
@@ -22,7 +22,8 @@ RESAMPLES = 2000
 def resample_weights(runs: int, rng: np.random.Generator, resamples: int = RESAMPLES) -> FloatArray:
     """Weights of each run in each resample, shape (resamples, runs); each row sums to 1.
 
-    Drawing n of n with replacement makes the counts multinomial.
+    A row counts how often each run is drawn, n times with replacement. All take 16 bytes a resample and run: 32 MB for
+    2,000 of 1,000.
 
     Raises:
         BadInput: fewer than two runs or resamples.
@@ -30,7 +31,9 @@ def resample_weights(runs: int, rng: np.random.Generator, resamples: int = RESAM
     """
     if runs < 2 or resamples < 2:
         raise refuse("bootstrap", f"{runs} runs, {resamples} resamples", "Give at least 2 of each.")
-    return rng.multinomial(runs, np.full(runs, 1.0 / runs), size=resamples) / runs
+    drawn = rng.integers(runs, size=(resamples, runs)) + runs * np.arange(resamples)[:, None]
+    weights: FloatArray = np.bincount(drawn.ravel(), minlength=resamples * runs).reshape(resamples, runs) / runs
+    return weights
 
 
 def bca_mean(
@@ -69,6 +72,25 @@ def bca_mean(
     low, high = (_at(ordered, _shifted(z, bias, acceleration)) for z in (ndtri(tail), -ndtri(tail)))
     same = np.ptp(data, axis=-1) <= slack
     return mean, np.where(same, mean, low), np.where(same, mean, high)
+
+
+def mean_interval(
+    values: ArrayLike, weights: FloatArray, confidence: float = CONFIDENCE
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Means with the wider, at each end, of the expanded BCa and Student's t interval; arguments as :func:`bca_mean`.
+
+    Each alone fails for differences under common random numbers, as measured in docs/statistics.md. Where most are
+    small and a few are large to either side, BCa covers 85 % at 20 replicates: the skewness that it corrects for is
+    then mostly luck. Where a few are large to one side, t covers 91 %. Both at once cover 95 to 98 % from 20 replicates
+    on, and are 1 to 22 % wider than t.
+    """
+    mean, low, high = bca_mean(values, weights, confidence)
+    data = np.asarray(values, dtype=np.float64)
+    runs = data.shape[-1]
+    half = student_quantile(confidence, runs - 1) * data.std(axis=-1, ddof=1) / math.sqrt(runs)
+    # Equal values have no width, whatever the last bits of their standard deviation.
+    half = np.where(low == high, 0.0, half)
+    return mean, np.minimum(low, mean - half), np.maximum(high, mean + half)
 
 
 def _acceleration(data: FloatArray, mean: FloatArray, slack: FloatArray) -> FloatArray:

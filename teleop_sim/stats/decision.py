@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleop_sim.stats.bootstrap import bca_mean, resample_weights
-from teleop_sim.stats.estimate import CONFIDENCE, Estimate, refuse
+from teleop_sim.stats.bootstrap import mean_interval, resample_weights
+from teleop_sim.stats.estimate import CONFIDENCE, refuse
 from teleop_sim.stats.paired import Matched, bootstrap_stream, matched
 from teleop_sim.stats.runs import FloatArray, Measure, cells, check_runs
 
@@ -30,7 +30,7 @@ class Choice:
         second: the next best.
         second_value: its mean.
         margin: by how much the best is better, zero or more whatever the measure.
-        low: lower end of the margin's paired BCa interval.
+        low: lower end of the margin's paired interval (BCa and t).
         high: upper end.
         best_share: share of resamples in which it is best, equals sharing: near 1 if sure, near 1/k of k equals.
         verdict: ``clear``: better than each other; ``tie``: ``contenders`` cannot be told from it; ``too few runs``.
@@ -80,10 +80,10 @@ def choose(pairs: Matched, sign: int, rng: np.random.Generator, confidence: floa
     order = np.argsort(-gains.mean(axis=1), kind="stable")
     best, second = int(order[0]), int(order[1])
     weights = resample_weights(replicates, rng)
-    margin, low, high = (float(x) for x in bca_mean(gains[best] - gains[second], weights, confidence))
+    margin, low, high = (float(x) for x in mean_interval(gains[best] - gains[second], weights, confidence))
     others = np.delete(np.arange(levels), best)
     strict = 1.0 - (1.0 - confidence) / (levels - 1)
-    _, lows, _ = bca_mean(gains[best] - gains[others], weights, strict)
+    _, lows, _ = mean_interval(gains[best] - gains[others], weights, strict)
     near = [str(pairs.levels[i]) for i, end in zip(others.tolist(), lows.tolist(), strict=True) if not end > 0.0]
     share = float(_best_shares(gains, weights)[best])
     verdict = "too few runs" if replicates < FEWEST else "tie" if near else "clear"
@@ -131,11 +131,6 @@ def decision_map(
             choice = choose(pairs, measure.sign, bootstrap_stream(seed, pairs.values.shape[1]), confidence)
             found.append(dict(zip(link, key, strict=True)) | asdict(choice))
     return pd.DataFrame(found, columns=[*link, *Choice.__dataclass_fields__])
-
-
-def as_estimate(choice: Choice) -> Estimate:
-    """The margin with its interval."""
-    return Estimate(choice.margin, choice.low, choice.high, choice.replicates)
 
 
 def _best_shares(gains: FloatArray, weights: FloatArray) -> FloatArray:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy.special import ndtri, stdtrit
-
 from teleop_sim.core.errors import BadInput, Problem
 
 CONFIDENCE = 0.95
@@ -55,12 +53,17 @@ def check_confidence(confidence: float) -> None:
 
 def normal_quantile(confidence: float) -> float:
     """Half-width of a two-sided interval of the standard normal distribution [standard deviations]."""
+    # Here, not above: factors are parsed by a command line that loads no scipy.
+    from scipy.special import ndtri
+
     check_confidence(confidence)
     return float(ndtri(0.5 + confidence / 2.0))
 
 
 def student_quantile(confidence: float, freedom: int) -> float:
     """The same for Student's t with ``freedom`` degrees of freedom, at least 1."""
+    from scipy.special import stdtrit
+
     check_confidence(confidence)
     return float(stdtrit(freedom, 0.5 + confidence / 2.0))
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from teleop_sim.core.streams import stream
-from teleop_sim.stats.bootstrap import bca_mean, resample_weights
+from teleop_sim.stats.bootstrap import mean_interval, resample_weights
 from teleop_sim.stats.estimate import CONFIDENCE, Estimate, refuse
 from teleop_sim.stats.runs import FloatArray, Measure, cells, check_runs, measured
 
@@ -27,7 +27,7 @@ class Paired:
     """What changes from one way to the other.
 
     Attributes:
-        difference: mean of second minus first, with its BCa interval.
+        difference: mean of second minus first, with its interval.
         first: mean of the first.
         second: mean of the second.
         correlation: between the two over replicates; not a number if one does not vary.
@@ -62,6 +62,8 @@ class Matched:
 def paired(first: ArrayLike, second: ArrayLike, rng: np.random.Generator, confidence: float = CONFIDENCE) -> Paired:
     """Compare two samples whose i-th values share replicate i.
 
+    The interval is that of :func:`teleop_sim.stats.bootstrap.mean_interval`.
+
     Raises:
         BadInput: shapes that differ, or fewer than two replicates.
 
@@ -71,7 +73,7 @@ def paired(first: ArrayLike, second: ArrayLike, rng: np.random.Generator, confid
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape or a.size < 2:
         raise refuse("paired", f"shapes {a.shape} and {b.shape}", "Give two values for each of two or more replicates.")
-    mean, low, high = bca_mean(b - a, resample_weights(a.size, rng), confidence)
+    mean, low, high = mean_interval(b - a, resample_weights(a.size, rng), confidence)
     note = "the same in every replicate" if np.ptp(b - a) == 0.0 else ""
     difference = Estimate(float(mean), float(low), float(high), int(a.size), note)
     apart, spread = float(np.var(b - a, ddof=1)), float(np.var(a, ddof=1) + np.var(b, ddof=1))

@@ -126,13 +126,13 @@ def measured(runs: pd.DataFrame, measure: Measure) -> FloatArray:
     status = runs["status"].to_numpy(dtype=object)
     completed = status == "completed"
     if measure.kind == "score":
-        score = runs["score"].to_numpy(dtype=float)
+        score: FloatArray = runs["score"].to_numpy(dtype=float)
         _refuse_unknown(np.isnan(score), "runs: score", "no score", "Measure time or success.")
         return score
     early = (status == "censored") & (time_s < measure.limit_s) & np.isfinite(measure.limit_s)
     hint = f"Choose a limit of at most {time_s[status == 'censored'].min(initial=np.inf):g} s."
     _refuse_unknown(early, "measure", f"left before {measure.limit_s:g} s", hint)
-    in_time = completed & (time_s <= measure.limit_s)
+    in_time: BoolArray = completed & (time_s <= measure.limit_s)
     if measure.kind == "success":
         return in_time.astype(np.float64)
     restricted: FloatArray = np.where(in_time, time_s, measure.limit_s)

@@ -28,10 +28,12 @@ Triple = tuple[float, float, float]
 SLIDE_MASS_KG = 2.0
 TRAVEL_M = 0.45
 """Of a slide, either way from where it starts, unless told otherwise."""
-ROD_GRIP_M, ROD_GRIP_HALF_M = 0.033, 0.035
-"""The rod's grip is 2 mm thicker than the closed cage: jaws press on it instead of on their stop."""
+ROD_BALL_M, ROD_BALLS_M = 0.033, (0.035, -0.010)
+"""The rod's grip: two balls 2 mm thicker than the closed cage, so that jaws press on them instead of on their stop, and
+where they are along the rod from where a hand's tool frame goes. On a cylinder between four bars contacts jump along
+the lines of touch, and it creeps out."""
 ROD_RADIUS_M, ROD_LENGTH_M = 0.008, 0.22
-"""``ROD_LENGTH_M``: from the grip's middle to the tip."""
+"""``ROD_LENGTH_M``: from the tool frame to the tip."""
 ROD_KG = 0.3
 SLOT_HALF_M = 0.014
 FACE_DROP_M = 0.06
@@ -213,7 +215,7 @@ def _add_screw(spec: mujoco.MjSpec, body: mujoco.MjsBody, bench: Bench) -> None:
 
 def _add_rack(spec: mujoco.MjSpec, body: mujoco.MjsBody, bench: Bench) -> None:
     """Two rails, open towards the robot, in which the rod hangs by its grip, tip down."""
-    top = -ROD_GRIP_HALF_M
+    top = ROD_BALLS_M[1] - math.sqrt(ROD_BALL_M**2 - SLOT_HALF_M**2)
     for name, sign in (("Left", 1.0), ("Right", -1.0)):
         body.add_geom(
             name=f"benchRail{name}",
@@ -223,24 +225,30 @@ def _add_rack(spec: mujoco.MjSpec, body: mujoco.MjsBody, bench: Bench) -> None:
             rgba=_STEEL,
             **_solid(bench),
         )
+    _add_rod(spec, bench)
+
+
+def _add_rod(spec: mujoco.MjSpec, bench: Bench) -> None:
     rod = spec.worldbody.add_body(name="rod", pos=list(bench.handle()), quat=_quat(bench.axes()))
     rod.add_freejoint(name="rod")
-    # Its friction is with the rails, too; whoever else may touch it is the robot.
+    # It lies on the rails: the one thing of this world that touches the world.
     solid = {**_solid(bench), "conaffinity": 7}
-    rod.add_geom(
-        name="rodGrip",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[ROD_GRIP_M, ROD_GRIP_HALF_M, 0.0],
-        mass=ROD_KG * 0.7,
-        rgba=_RED,
-        **solid,
-    )
+    for number, z in enumerate(ROD_BALLS_M):
+        rod.add_geom(
+            name=f"rodBall{number}",
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            pos=[0.0, 0.0, z],
+            size=[ROD_BALL_M, 0.0, 0.0],
+            mass=ROD_KG / 6,
+            rgba=_RED,
+            **solid,
+        )
     rod.add_geom(
         name="rodShaft",
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-        fromto=[0.0, 0.0, -ROD_GRIP_HALF_M, 0.0, 0.0, ROD_RADIUS_M - ROD_LENGTH_M],
+        fromto=[0.0, 0.0, ROD_BALLS_M[1] - ROD_BALL_M, 0.0, 0.0, ROD_RADIUS_M - ROD_LENGTH_M],
         size=[ROD_RADIUS_M, 0.0, 0.0],
-        mass=ROD_KG * 0.3,
+        mass=ROD_KG * 2 / 3,
         rgba=_GREY,
         **solid,
     )

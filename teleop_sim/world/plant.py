@@ -94,12 +94,14 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         # Asking MuJoCo's structures for an array makes a new view each time: microseconds of every tick.
         self._qpos: np.ndarray = self.data.qpos
+        self._ctrl: np.ndarray = self.data.ctrl
         self.scenery = scenery
         self.memory: tuple[float, ...] = ()
         self.stopwatch = stopwatch
         self.stepping_s = 0.0
         self.disturbances = disturbances
         self.steps_per_tick = round(TICK_S / timestep_s)
+        self._steps_left = self.steps_per_tick - 1
         self._ticks = 0
         ends_s = max((push.start_s + push.duration_s for push in disturbances.pushes), default=0.0)
         self._last_tick = math.ceil(ends_s / TICK_S) + 1 if disturbances.pushes else 0
@@ -146,30 +148,30 @@ class Plant:
 
     def begin_tick(self) -> None:
         """Bring kinematics and bias forces up to date: first half of a step, before the control law."""
-        start_s = self.stopwatch() if self.stopwatch else 0.0
+        if self.stopwatch:
+            self.stepping_s -= self.stopwatch()
         mujoco.mj_step1(self.model, self.data)
         self.memory = self.scenery.tick(self, self.memory)
         if self._ticks < self._last_tick:
             self._ticks += 1
             self._push[:] = push_now(self.disturbances.pushes, (self._ticks - 0.5) * TICK_S)
-        self._count(start_s)
+        if self.stopwatch:
+            self.stepping_s += self.stopwatch()
 
     def end_tick(self) -> None:
         """Second half of that step with the controls now set, then the rest of the tick."""
-        start_s = self.stopwatch() if self.stopwatch else 0.0
-        mujoco.mj_step2(self.model, self.data)
-        mujoco.mj_step(self.model, self.data, self.steps_per_tick - 1)
-        self._count(start_s)
-
-    def _count(self, start_s: float) -> None:
         if self.stopwatch:
-            self.stepping_s += self.stopwatch() - start_s
+            self.stepping_s -= self.stopwatch()
+        mujoco.mj_step2(self.model, self.data)
+        mujoco.mj_step(self.model, self.data, self._steps_left)
+        if self.stopwatch:
+            self.stepping_s += self.stopwatch()
 
     # Reading -------------------------------------------------------------------------------------------------------
 
     def angle(self, joint: str) -> float:
         """Position of one joint [rad or m]."""
-        return float(self.data.qpos[self._qposadr[joint]])
+        return float(self._qpos[self._qposadr[joint]])
 
     def angles(self) -> np.ndarray:
         """Positions of all joints but the root and free bodies, in the order of ``joint_names``."""
@@ -177,11 +179,11 @@ class Plant:
 
     def set_angle(self, joint: str, value: float) -> None:
         """Place one joint; for setting up, not for moving."""
-        self.data.qpos[self._qposadr[joint]] = value
+        self._qpos[self._qposadr[joint]] = value
 
     def set_control(self, actuator: str, value: float) -> None:
         """Set one actuator's control."""
-        self.data.ctrl[self._actuators[actuator]] = value
+        self._ctrl[self._actuators[actuator]] = value
 
     def pelvis(self) -> np.ndarray:
         """Root position and quaternion w, x, y, z, (7,)."""

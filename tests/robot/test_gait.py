@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from teleop_sim.robot import gait as g
 from teleop_sim.robot import law
+from teleop_sim.robot.footsteps import STILL_M
 
 GAIT = g.Gait()
 FEET = ((0.0, 0.13, 0.0), (0.0, -0.13, 0.0))
@@ -40,10 +41,24 @@ def test_no_step_is_longer_or_turns_further_than_the_gait_allows(path, yaw):
 
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
 def test_a_shift_moves_the_stance_by_what_was_asked(forward_m, left_m):
-    if abs(forward_m) + abs(left_m) < 1e-6:
-        return
-    end = g.shift_bodies((1.0, 2.0, np.pi / 2), forward_m, left_m, GAIT)[-1]
-    assert end == pytest.approx((1.0 - left_m, 2.0 + forward_m, np.pi / 2), abs=1e-9)
+    bodies = g.shift_bodies((1.0, 2.0, np.pi / 2), forward_m, left_m, GAIT, 0.05)
+    assert bool(bodies) == (np.hypot(forward_m, left_m) >= STILL_M)
+    if bodies:
+        assert bodies[-1] == pytest.approx((1.0 - left_m, 2.0 + forward_m, np.pi / 2 + 0.05), abs=1e-9)
+
+
+@given(st.floats(-0.099, 0.099), st.floats(1.0, 3.0))
+def test_a_small_turn_at_the_end_of_a_walk_takes_no_step_of_its_own(turn_rad, far_m):
+    # Without the bound a rounding error at the goal's heading took two steps.
+    straight = g.walk_bodies((0.0, 0.0, 0.0), [(far_m, 0.0, 0.0)], GAIT)
+    turned = g.walk_bodies((0.0, 0.0, 0.0), [(far_m, 0.0, turn_rad)], GAIT)
+    assert len(turned) == len(straight)
+    assert turned[-1] == pytest.approx((far_m, 0.0, turn_rad), abs=1e-9)
+
+
+def test_a_turn_that_feet_cannot_make_takes_no_step():
+    assert g.turn_bodies((0.0, 0.0, 0.0), 0.009, GAIT) == []
+    assert len(g.turn_bodies((0.0, 0.0, 0.0), -0.011, GAIT)) == 2
 
 
 def test_the_reference_dcm_solves_the_pendulum_between_ticks():

@@ -22,10 +22,10 @@ from teleop_sim.robot.axis_fit import axis_fit
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.commands import Act
-from teleop_sim.robot.senses import feel
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.manipulate import Arm, arm_of, plan_stance, rest_posture, smooth
+from teleop_sim.robot.skills.manipulate import PEAK_RATE_RAD_S, Arm, arm_of, plan_stance, rest_posture, smooth
 from teleop_sim.world.plant import GRAVITY_M_S2
+from teleop_sim.world.senses import wrenches
 
 SPEED_M_S = 0.05
 """Of the tool along its path: a crank's turn takes 15 s (assumed; twelve were measured to hold)."""
@@ -41,6 +41,7 @@ FEEL_S, LEAN_S = 0.06, 0.2
 """Time constants of the felt force, for the loop and for the balance (assumed)."""
 YIELD_M_NS, YIELD_FROM_N = 0.002, 2.0
 """How fast a guided hand gives way sideways: 10 N move it by 16 mm/s (assumed)."""
+FORGET_S = 0.5
 KEEP_1_S = 1.5
 """How fast a tool's felt error sideways is worked off (assumed)."""
 ASIDE_M = 0.12
@@ -140,6 +141,7 @@ class Actor:
         self.push = table.push[:, :, arm.upper - 1]
         self.aside = table.aside[:, :, arm.upper - 1]
         self.jaws = arm.body.jaws
+        self.palm = palm_of(arm)
         self.weight_n = hand_weight_n(arm) + (command.usability.mass_kg * GRAVITY_M_S2 if command.usability else 0.0)
         self.offset = arm.body.posture - self._row(0.0)[0]
         self.row = arm.body.stand
@@ -186,11 +188,10 @@ class Actor:
 
     def _wrist(self) -> np.ndarray:
         """Force (3,) of the hand on the thing [N], in the odometry frame: what the arm gives beyond the weight."""
-        side = self.arm.side
-        palm = next(mount.palm for mount in self.arm.body.spec.model.hands if mount.side == side)
         kinematics = self.arm.kinematics
-        turn = kinematics.data.oMi[kinematics.carriers[palm]].rotation
-        force = turn @ feel(self.arm.body).wrists[side].force_n
+        turn = kinematics.data.oMi[kinematics.carriers[self.palm]].rotation
+        (wrist,) = wrenches(self.arm.body.plant, (self.palm,))
+        force = turn @ wrist.force_n
         force[2] -= self.weight_n
         return np.asarray(force)
 
@@ -204,7 +205,8 @@ class Actor:
         """Move the reference on: slower near the end and when the hand trails."""
         now, tick_s = self.now, self.arm.body.tick_s
         left_m = self.missing_m()
-        wanted = clamp(left_m / APPROACH_S, -SPEED_M_S, SPEED_M_S)
+        fastest = PEAK_RATE_RAD_S / max(float(np.abs(self._row(now.place_m)[1]).max()), 1e-9)
+        wanted = clamp(left_m / APPROACH_S, -min(SPEED_M_S, fastest), min(SPEED_M_S, fastest))
         lag_m = math.copysign(1.0, left_m) * (now.place_m - now.hand_m)
         wanted *= clamp((LAG_STOP_M - lag_m) / (LAG_STOP_M - LAG_FREE_M), 0.0, 1.0)
         change = wanted - now.velocity_m_s
@@ -218,9 +220,15 @@ class Actor:
         return self.tick()
 
     def relax(self) -> Tick:
-        """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens."""
+        """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens.
+
+        A tool stays where it is: nothing but the arm holds it up.
+        """
         now, tick_s = self.now, self.arm.body.tick_s
         now.velocity_m_s = 0.0
+        if self.command.usability is not None:
+            self._step_aside(tick_s)
+            return self.tick()
         self._place(now.place_m + clamp(now.hand_m - now.place_m, -SPEED_M_S * tick_s, SPEED_M_S * tick_s))
         now.push_n -= clamp(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
         self._step_aside(tick_s)
@@ -248,6 +256,8 @@ class Actor:
             force = now.force - (now.force @ along) * along
             size_n = float(np.linalg.norm(force))
             rate = -YIELD_M_NS * force * max(0.0, 1.0 - YIELD_FROM_N / max(size_n, 1e-9))
+            # What was sideways a quarter of a turn ago is along the path now, and would hold the hand back.
+            rate = rate - (now.aside @ along) / FORGET_S * along
         else:
             rate = -KEEP_1_S * now.deviation
         now.aside = now.aside + tick_s * rate
@@ -293,8 +303,12 @@ def hand_weight_n(arm: Arm) -> float:
     kinematics = arm.kinematics
     data = kinematics.model.createData()
     pin.computeSubtreeMasses(kinematics.model, data)
-    palm = next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
-    return float(data.mass[kinematics.carriers[palm]]) * GRAVITY_M_S2
+    return float(data.mass[kinematics.carriers[palm_of(arm)]]) * GRAVITY_M_S2
+
+
+def palm_of(arm: Arm) -> str:
+    """The link that carries the hand: its force-torque sensor sits at the joint that moves it."""
+    return next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
 
 
 def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:

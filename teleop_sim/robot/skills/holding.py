@@ -18,6 +18,7 @@ SQUEEZE = 2.0
 """Jaw reference that presses with all of the actuator's force: a bar thicker than the cage's stop is squeezed."""
 CLOSE_S = 0.8
 OPEN_S = 0.6
+SETTLE_S = 0.4
 REACHED_M, REACHED_RAD = 0.006, 0.08
 """A posture that leaves the hand further off is no plan (assumed: less than the play of an open cage round a bar)."""
 ROUND_SPINS = 8
@@ -90,11 +91,14 @@ def has_it(led: Led, mass_kg: float) -> bool:
 
 
 def close(led: Led, seconds: float = CLOSE_S) -> Ticks:
-    """Shut the jaws until they press."""
+    """Shut the jaws until they press. The arm gives way meanwhile: not the thing, but the hand is to move."""
     for tick in move_jaws(led.arm, SQUEEZE, seconds):
         led.jaws = tick.jaws
         led.feel_wrist()
-        yield tick
+        yield Tick(led.yielding(), jaws=tick.jaws)
+    for _ in range(round(SETTLE_S / led.arm.body.tick_s)):
+        led.feel_wrist()
+        yield Tick(led.yielding(), jaws=led.jaws)
 
 
 def let_go(led: Led) -> Ticks:

@@ -24,22 +24,24 @@ from teleop_sim.robot.skills.servoing import UP, Led, line
 
 OVER_M = 0.05
 """Tip over the mouth before going down (assumed)."""
-FIRM_N, PUSH_N, LIMIT_N = 12.0, 30.0, 60.0
+FIRM_N, PUSH_N, LIMIT_N = 12.0, 40.0, 60.0
 """Along the axis: while searching, while pushing in, and what ends the push (assumed)."""
 ADVANCE_M_S = 0.02
 SOFT_M_SN = 1.0e-3
 """Admittance: rate of advance for each newton that is missing (measured: 2 kN/m of arm, 0.2 s of averaging)."""
-LEAD_M = 0.02
+LEAD_M = 0.03
 """How far the reference may be ahead of the felt tip along the axis; the leash of the joints holds as well."""
 TURN_M = 0.005
 """Between two turns of the spiral: less than the funnel's width (assumed)."""
 SEARCH_M_S = 0.015
 DROP_M = 0.006
 """So far below where it first touched, the tip is in the hole (assumed)."""
-STUCK_S = 2.0
+STUCK_S = 3.0
+WRIGGLE_M, WRIGGLE_HZ = 0.003, 1.0
+"""Small circle while pushing, so that a tilted peg does not stay jammed (assumed)."""
 SHORT_M = 0.008
 """Inserted is, whose tip is felt less than so much short of the depth (assumed: errors of joints and grip)."""
-TUG_M, TUG_S, TUG_N = 0.012, 0.8, 8.0
+TUG_M, TUG_S, TUG_N = 0.018, 0.8, 5.0
 """A tip in a hole resists being moved aside, either way; one beside it does not (assumed)."""
 LIMIT_S = 60.0
 
@@ -57,7 +59,12 @@ class InsertReport:
 
 
 class _Probe:
-    """A tip on its way into a hole, seen along the axis. Scratch."""
+    """A tip on its way into a hole, seen along the axis. Scratch.
+
+    Attributes:
+        along_m: reference of the tip beyond the mouth. most_n: most force along the axis. searched_m: way of the
+            search. rim_m: depth at which the tip first touched; NaN if it has not.
+    """
 
     def __init__(self, led: Led, command: Insert, rotation: np.ndarray) -> None:
         self.led, self.rotation = led, rotation
@@ -67,6 +74,7 @@ class _Probe:
         self.along_m = -OVER_M
         self.most_n = 0.0
         self.searched_m = 0.0
+        self.rim_m = math.nan
         weight = led.told_kg * 9.81
         self._borne_n = -weight * float(UP @ self.axis)
 
@@ -82,7 +90,7 @@ class _Probe:
 
     def press_n(self) -> float:
         """Force with which the tip presses along the axis."""
-        return -float(self.led.force() @ self.axis) + self._borne_n
+        return float(self.led.force() @ self.axis) + self._borne_n
 
     def aside_m(self) -> np.ndarray:
         """Part of ``tip`` across the axis (3,) [m]."""
@@ -107,13 +115,14 @@ def insert(body: Body, command: Insert, rng: np.random.Generator) -> Motion:
     led = Led(arm)
     mass_kg = led.told_kg
     axis = np.array(command.axis) / np.linalg.norm(command.axis)
-    held = np.array(command.mouth) - command.tip_m * axis
+    # Reachable must be the bottom; the way down to it is then short and straight.
+    held = np.array(command.mouth) + (command.depth_m - command.tip_m) * axis
     x, y, z = (float(v) for v in held)
     target, posed = best_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng, arm.reference())
     why = refusal(posed, "the hole")
     if why is not None:
         return Done("no_plan", why)
-    yield from _come_over(led, target.position - OVER_M * axis, target.rotation, posed.solution.q)
+    yield from _come_over(led, target.position - (OVER_M + command.depth_m) * axis, target.rotation, posed.solution.q)
     if mass_kg > 0 and not has_it(led, mass_kg):
         led.tell(0.0)
         return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the hole")
@@ -148,7 +157,7 @@ def _come_over(led: Led, place: np.ndarray, rotation: np.ndarray, goal: np.ndarr
 def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
     """Press and search until the tip drops: ``found`` or ``not_found``."""
     across = _across(probe.axis)
-    touched_m, angle, ticks = math.nan, 0.0, 0
+    angle, ticks = 0.0, 0
     dt = probe.led.arm.body.tick_s
     while ticks * dt < LIMIT_S:
         ticks += 1
@@ -158,12 +167,12 @@ def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
         aside = radius_m * (math.cos(angle) * across[0] + math.sin(angle) * across[1])
         yield probe.press(FIRM_N, aside)
         depth_m = probe.depth_m()
-        if depth_m > command.depth_m - SHORT_M or (touched_m - depth_m) < -DROP_M:
+        if depth_m > command.search_m + DROP_M or depth_m > probe.rim_m + DROP_M:
             return "found"
-        if math.isnan(touched_m):
-            touched_m = depth_m if probe.press_n() > 0.7 * FIRM_N else math.nan
+        if math.isnan(probe.rim_m):
+            probe.rim_m = depth_m if probe.press_n() > 0.7 * FIRM_N else math.nan
             continue
-        touched_m = min(touched_m, depth_m) if probe.press_n() > 0.5 * FIRM_N else touched_m
+        probe.rim_m = min(probe.rim_m, depth_m) if probe.press_n() > 0.5 * FIRM_N else probe.rim_m
         step_m = SEARCH_M_S * dt
         angle += step_m / max(radius_m, TURN_M / 2)
         probe.searched_m += step_m
@@ -173,31 +182,39 @@ def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
 def _push(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
     """Push down the hole, giving way aside; then tug: ``inserted``, ``force_limit`` or ``not_found``."""
     best_m, since_s, dt = probe.depth_m(), 0.0, probe.led.arm.body.tick_s
-    while probe.depth_m() < command.depth_m - SHORT_M / 2:
-        yield probe.press(PUSH_N, probe.aside_m())
+    across, angle = _across(probe.axis), 0.0
+    # Where the rim was felt, depth counts from there; else the mouth may be as far off as the search was to go.
+    goal_m, short_m = probe.rim_m + command.depth_m, SHORT_M
+    if math.isnan(goal_m):
+        goal_m, short_m = command.depth_m + command.search_m, SHORT_M + 2 * command.search_m
+    while probe.depth_m() < goal_m and since_s < STUCK_S and probe.press_n() < LIMIT_N:
+        wriggle = WRIGGLE_M * (math.cos(angle) * across[0] + math.sin(angle) * across[1])
+        angle += math.tau * WRIGGLE_HZ * dt
+        yield probe.press(PUSH_N, probe.aside_m() + wriggle)
         since_s = 0.0 if probe.depth_m() > best_m + 1e-3 else since_s + dt
         best_m = max(best_m, probe.depth_m())
-        if since_s > STUCK_S or probe.press_n() > LIMIT_N:
-            break
-    if probe.depth_m() < command.depth_m - SHORT_M:
+    if best_m < goal_m - short_m:
         return "force_limit"
-    forces = []
-    for direction in _across(probe.axis):
-        for sign in (1.0, -1.0):
-            forces.append((yield from _tug(probe, sign * direction)))
-    # Beside the hole nothing holds the tip: all four tugs must feel walls.
-    return "inserted" if min(forces) > TUG_N else "not_found"
+    start = probe.aside_m()
+    for direction in (across[0], -across[0], across[1], -across[1]):
+        resists = yield from _tug(probe, start, direction)
+        # Beside the hole nothing holds the tip.
+        if not resists:
+            return "not_found"
+    return "inserted"
 
 
-def _tug(probe: _Probe, direction: np.ndarray) -> Generator[Tick, None, float]:
-    """Lead the tip aside and back; return the most force that held it [N]."""
-    start, most_n = probe.aside_m(), 0.0
-    count = round(TUG_S / probe.led.arm.body.tick_s)
-    for k in range(2 * count):
-        share = min(1.0, 2.0 - k / count) * min(1.0, 2 * k / count)
-        yield probe.press(FIRM_N, start + share * TUG_M * direction)
-        most_n = max(most_n, float(probe.led.force() @ direction))
-    return most_n
+def _tug(probe: _Probe, start: np.ndarray, direction: np.ndarray) -> Generator[Tick, None, bool]:
+    """Lead the tip aside, and wait there, until something holds it, and back; return whether anything did."""
+    count, far = round(TUG_S / probe.led.arm.body.tick_s), 0
+    held = False
+    while far < 2 * count and not held:
+        far += 1
+        yield probe.press(FIRM_N, start + min(1.0, far / count) * TUG_M * direction)
+        held = float(probe.led.force() @ direction) > TUG_N
+    for k in range(min(far, count), -1, -1):
+        yield probe.press(FIRM_N, start + k / count * TUG_M * direction)
+    return held
 
 
 def _across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

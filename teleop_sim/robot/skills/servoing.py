@@ -27,6 +27,8 @@ from teleop_sim.world.plant import GRAVITY_M_S2
 LEASH_RAD = 0.05
 """How far references may lead the felt joints: on Valkyrie's wrist 10 N m, on its shoulder 40 N m (measured in trials:
 takes 12 of 12 handles, plugs 12 of 12)."""
+YIELD_RAD = 0.004
+"""Leash of an arm that gives way: some 5 N at Valkyrie's hand, more than friction and errors of weight (assumed)."""
 GAIN_HZ = 4.0
 """Error of the tool's place and turn to its rate [1/s]; ten times slower than the control ticks."""
 RATE_LIMIT_RAD_S = 1.0
@@ -126,6 +128,13 @@ class Led:
         rates[self._at] = rate
         self.feel_wrist()
         return Tick(posture, rates, jaws=self.jaws)
+
+    def yielding(self) -> np.ndarray:
+        """Upper-body references (n_upper,) that let this arm be pushed: they follow it on a leash of ``YIELD_RAD``."""
+        posture = self.arm.body.posture.copy()
+        felt = self.arm.body.upper()[self._at]
+        posture[self._at] = np.clip(posture[self._at], felt - YIELD_RAD, felt + YIELD_RAD)
+        return posture
 
     def _jacobian(self, q: np.ndarray) -> np.ndarray:
         """(6, chain) of the tool in world axes."""

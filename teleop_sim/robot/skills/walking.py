@@ -65,17 +65,17 @@ def _put_right(body: Body, goal: PlanarPose) -> Motion:
 
 
 def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
-    """Move the stance in the robot's own frame, then turn on the spot."""
+    """Move the stance in the robot's own frame, then turn on the spot; a small turn is made on the way."""
     gait = body.spec.gait
     yield from _square(body)
     here = g.body_between(body.feet())
-    if abs(command.forward_m) + abs(command.left_m) > 1e-6:
-        bodies = g.shift_bodies(here, command.forward_m, command.left_m, gait)
-        first = g.first_foot(0.0, command.left_m)
-        yield from _follow_plan(body, g.steps_along(bodies, first, gait))
-    if abs(command.turn_rad) > 1e-6:
-        bodies = g.turn_bodies(g.body_between(body.feet()), command.turn_rad, gait)
-        yield from _follow_plan(body, g.steps_along(bodies, g.first_foot(command.turn_rad), gait))
+    with_shift = command.turn_rad if abs(command.turn_rad) < g.small_turn_rad(gait) else 0.0
+    shift = g.shift_bodies(here, command.forward_m, command.left_m, gait, with_shift)
+    if shift:
+        yield from _follow_plan(body, g.steps_along(shift, g.first_foot(0.0, command.left_m), gait))
+    if not shift or not with_shift:
+        turn = g.turn_bodies(g.body_between(body.feet()), command.turn_rad, gait)
+        yield from _follow_plan(body, g.steps_along(turn, g.first_foot(command.turn_rad), gait))
     return Done("reached")
 
 
