@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from teleop_sim.log.load import Log, load
     from teleop_sim.run import RunResult, run_scenario
     from teleop_sim.scenarios.files import load_scenario
+    from teleop_sim.sweep.folder import SweepBroken
+    from teleop_sim.sweep.index import load_sweep
+    from teleop_sim.sweep.planning import plan_sweep
+    from teleop_sim.sweep.study import run_sweep
 
 _HOME = {
     "BadInput": "teleop_sim.core.errors",
@@ -24,8 +28,12 @@ _HOME = {
     "TeleopError": "teleop_sim.core.errors",
     "UnknownName": "teleop_sim.core.errors",
     "load": "teleop_sim.log.load",
+    "SweepBroken": "teleop_sim.sweep.folder",
     "load_scenario": "teleop_sim.scenarios.files",
+    "load_sweep": "teleop_sim.sweep.index",
+    "plan_sweep": "teleop_sim.sweep.planning",
     "run_scenario": "teleop_sim.run",
+    "run_sweep": "teleop_sim.sweep.study",
 }
 
 __all__ = [
@@ -34,12 +42,16 @@ __all__ = [
     "LogDamaged",
     "Problem",
     "RunResult",
+    "SweepBroken",
     "TeleopError",
     "UnknownName",
     "__version__",
     "load",
     "load_scenario",
+    "load_sweep",
+    "plan_sweep",
     "run_scenario",
+    "run_sweep",
 ]
 
 
