@@ -43,9 +43,13 @@ HAND_STANDS: Mapping[str, HandStand] = MappingProxyType(
     {
         "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 3.0),
         "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 3.0),
-        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.8), 0.5),
+        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 0.5),
     }
 )
+
+
+DEEPER_M = 0.012
+"""How far the middle of a cage goes past that of a bar: its own bars reach 2 cm beyond its middle (assumed)."""
 
 
 def hand_stand(robot: str) -> HandStand:
@@ -70,7 +74,9 @@ def bar_handle(
         across += math.pi
     c, s = math.cos(figures.pitch_rad), math.sin(figures.pitch_rad)
     approach = (c * math.cos(across), c * math.sin(across), -s)
-    return Handle(centre, approach, (math.cos(bar_yaw_rad), math.sin(bar_yaw_rad), 0.0), mass_kg, to_centre)
+    x, y, z = (at + DEEPER_M * along for at, along in zip(centre, approach, strict=True))
+    down = (to_centre[0] + centre[0] - x, to_centre[1] + centre[1] - y, to_centre[2] + centre[2] - z)
+    return Handle((x, y, z), approach, (math.cos(bar_yaw_rad), math.sin(bar_yaw_rad), 0.0), mass_kg, down)
 
 
 def stand_at(robot: str, side: Side, centre: Vector, bar_yaw_rad: float, facing_rad: float) -> PlanarPose:

@@ -16,6 +16,8 @@ from teleop_sim.world.plant import GRAVITY_M_S2
 
 SQUEEZE = 2.0
 """Jaw reference that presses with all of the actuator's force: a bar thicker than the cage's stop is squeezed."""
+SHUT, FELT_N = 1.2, 2.0
+"""Jaw reference at which jaws that feel less force than this have met nothing but their stops (assumed)."""
 CLOSE_S = 0.8
 OPEN_S = 0.6
 SETTLE_S = 0.4
@@ -92,10 +94,14 @@ def has_it(led: Led, mass_kg: float) -> bool:
 
 def close(led: Led, seconds: float = CLOSE_S) -> Ticks:
     """Shut the jaws until they press. The arm gives way meanwhile: not the thing, but the hand is to move."""
-    for tick in move_jaws(led.arm, SQUEEZE, seconds):
+    arm, which = led.arm, 0 if led.arm.side == "left" else 1
+    for tick in move_jaws(arm, SQUEEZE, seconds):
         led.jaws = tick.jaws
         led.feel_wrist()
         yield Tick(led.yielding(), jaws=tick.jaws)
+        # On their stops and nothing between them: more force would only bend the stops.
+        if tick.jaws[which] > SHUT and arm.body.hand_force(arm.side) < FELT_N:
+            break
     for _ in range(round(SETTLE_S / led.arm.body.tick_s)):
         led.feel_wrist()
         yield Tick(led.yielding(), jaws=led.jaws)
