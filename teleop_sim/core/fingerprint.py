@@ -34,9 +34,9 @@ def fingerprint(*values: object) -> bytes:
 
     Source: RFC 7693 (BLAKE2).
     """
-    digest = blake2b(digest_size=SIZE_BYTES)
-    _feed(digest.update, values)
-    return digest.digest()
+    parts: list[bytes] = []
+    _feed(parts.append, values)
+    return blake2b(b"".join(parts), digest_size=SIZE_BYTES).digest()
 
 
 def _feed(update: Update, value: object) -> None:
