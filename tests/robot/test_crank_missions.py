@@ -9,7 +9,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
+import pinocchio as pin
 import pytest
+
+from teleop_sim.robot.body import Body
+from teleop_sim.robot.commands import CircularAffordance
+from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.skills.manipulate import arm_of, table_of
+from teleop_sim.robot.templates import crank_stand
+from teleop_sim.world import console
+from teleop_sim.world.bare import BareFloor
+from teleop_sim.world.plant import Plant
 
 FULL_SIZE = ("atlas", "valkyrie")
 """THORMANG3 has a test of its own: the console's wheels are at its limits (docs/physics.md)."""
@@ -37,6 +48,31 @@ def test_walk_crank_three_turns_and_draw_back(study: ModuleType, robot: str, see
     assert trial.grips == study.TURNS
     # With the ZMP moved for the hand's push; 22 mm without. What is left is tugs, whose push nobody knows.
     assert trial.balance_m < 0.015
+
+
+def strain(robot: str, wheel_nm: float) -> tuple[bool, float]:
+    """Is the whole circle in reach from the stand, and the largest share of a wrist's torque, gravity included."""
+    spec = ROBOTS[robot]()
+    body = Body(spec, Plant(spec.model, BareFloor()))
+    body.load(body.standing())
+    arm, stand = arm_of(body, "right"), crank_stand(robot)
+    zero, _, axis = console.wheel_axes()
+    centre = (stand.ahead_m, -stand.aside_m, console.WHEEL_HEIGHT_M - console.WALKWAY_HEIGHT_M)
+    wheel = CircularAffordance(centre, axis, zero, console.KNOB_ORBIT_M, console.KNOB_HEIGHT_M, 0.0)
+    table = table_of(arm, wheel)
+    wrist = spec.arms["right"][-3:]
+    effort = np.array([spec.model.description.joint(name).effort_nm for name in wrist])
+    places, model, data = arm.kinematics.positions(wrist) - 1, arm.kinematics.model, arm.kinematics.data
+    held = np.array([pin.computeGeneralizedGravity(model, data, q)[places] for q in table.q])
+    pushed = wheel_nm / console.KNOB_ORBIT_M * table.push[:, places]
+    return table.usable, float((np.maximum(abs(held + pushed), abs(held - pushed)) / effort).max())
+
+
+def test_the_small_robots_wrist_holds_the_heaviest_wheel() -> None:
+    """THORMANG3's wrist has 5.1 N m: a wheel of 3 N m takes 84 % of it, statically."""
+    usable, share = strain("thormang3", 3.0)
+    assert usable
+    assert 0.75 < share < 0.9
 
 
 def test_the_small_robot_cranks_a_light_wheel(study: ModuleType) -> None:
