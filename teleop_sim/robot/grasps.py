@@ -27,6 +27,8 @@ class HandStand:
         low_m, high_m: heights of handles over the ground that it reaches from there.
         carry: ahead, outwards and up from the ground: where it carries a handle.
         strength_kg: the most it lifts there by its joints' torques (measured).
+        squeeze: jaw reference that closes the hand on a thing, 1 being the jaws' stop: 2 presses with all of the
+            actuators' 60 N. THORMANG3's jaws weigh 50 g: at 60 N they sink through what they hold (measured).
     """
 
     inwards_rad: float
@@ -37,13 +39,14 @@ class HandStand:
     high_m: float
     carry: Vector
     strength_kg: float
+    squeeze: float = 2.0
 
 
 HAND_STANDS: Mapping[str, HandStand] = MappingProxyType(
     {
         "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 3.0),
         "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 3.0),
-        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 0.5),
+        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 0.5, 1.2),
     }
 )
 

@@ -8,15 +8,14 @@ from collections.abc import Generator
 import numpy as np
 
 from teleop_sim.robot.commands import Handle
+from teleop_sim.robot.grasps import hand_stand
 from teleop_sim.robot.pose_ik import PoseTarget, angle_between, pose_target
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.skills.manipulate import JAW_OPEN, Arm, Ticks, follow_path, home, move_jaws
 from teleop_sim.robot.skills.servoing import Hold, Led, Posed, line, path_back, posture_for, stay
 from teleop_sim.world.plant import GRAVITY_M_S2
 
-SQUEEZE = 2.0
-"""Jaw reference that presses with all of the actuator's force: a bar thicker than the cage's stop is squeezed."""
-SHUT, FELT_N = 1.2, 2.0
+SHUT, FELT_N = 1.15, 2.0
 """Jaw reference at which jaws that feel less force than this have met nothing but their stops (assumed)."""
 CLOSE_S = 0.8
 OPEN_S = 0.6
@@ -95,7 +94,7 @@ def has_it(led: Led, mass_kg: float) -> bool:
 def close(led: Led, seconds: float = CLOSE_S) -> Ticks:
     """Shut the jaws until they press. The arm gives way meanwhile: not the thing, but the hand is to move."""
     arm, which = led.arm, 0 if led.arm.side == "left" else 1
-    for tick in move_jaws(arm, SQUEEZE, seconds):
+    for tick in move_jaws(arm, hand_stand(arm.robot).squeeze, seconds):
         led.jaws = tick.jaws
         led.feel_wrist()
         yield Tick(led.yielding(), jaws=tick.jaws)
