@@ -3,7 +3,7 @@
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
 ``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
-``command_messages.py``, ``down_messages.py`` or ``picture_messages.py``, and its name here.
+``command_messages.py``, ``down_messages.py``, ``picture_messages.py`` or ``template_messages.py``, and its name here.
 """
 
 from __future__ import annotations
@@ -47,6 +47,16 @@ from teleop_sim.channel.picture_messages import (
     encode_image,
     encode_voxels,
     encode_webp,
+)
+from teleop_sim.channel.template_messages import (
+    TemplateAttach,
+    TemplateDetach,
+    TemplateHash,
+    TemplateInsert,
+    TemplateMove,
+    TemplateRemove,
+    TemplateState,
+    TemplateSync,
 )
 from teleop_sim.channel.up_messages import (
     Answer,
@@ -115,7 +125,15 @@ __all__ = [
     "SyncRequest",
     "SyncState",
     "TakeOver",
+    "TemplateAttach",
+    "TemplateDetach",
+    "TemplateHash",
+    "TemplateInsert",
+    "TemplateMove",
     "TemplatePose",
+    "TemplateRemove",
+    "TemplateState",
+    "TemplateSync",
     "Unlock",
     "VoxelCloud",
     "WalkCommand",

@@ -51,7 +51,15 @@ from teleop_sim.channel.messages import (
     SyncRequest,
     SyncState,
     TakeOver,
+    TemplateAttach,
+    TemplateDetach,
+    TemplateHash,
+    TemplateInsert,
+    TemplateMove,
     TemplatePose,
+    TemplateRemove,
+    TemplateState,
+    TemplateSync,
     Unlock,
     VoxelCloud,
     WalkCommand,
@@ -65,7 +73,10 @@ from teleop_sim.channel.messages import (
     encode_webp,
 )
 from teleop_sim.channel.quantise import GROUND, JOINT, POSITION, ROTATION
+from teleop_sim.channel.template_messages import pack_entries
 from teleop_sim.core.errors import UnknownName
+from teleop_sim.templates.poses import Pose
+from teleop_sim.templates.server import FRAMES, GONE, Entry
 
 
 def ramp(height=60, width=80):
@@ -91,6 +102,11 @@ def on(grid, count):
 places, rotations, angles = on(POSITION, (3,)), on(ROTATION, (3,)), on(JOINT, (0, 40))
 singles = st.floats(width=32, allow_nan=False, allow_infinity=False)
 clouds = st.lists(st.tuples(*[st.integers(-40, 40)] * 3), max_size=30).map(lambda k: np.array(k).reshape(-1, 3))
+
+instances = st.builds(
+    Entry, uint8, uint16, uint8, st.sampled_from(FRAMES), st.builds(Pose, places, rotations)
+) | st.builds(Entry, uint8, uint16, st.just(GONE))
+listed = st.lists(instances, max_size=4).map(lambda entries: pack_entries(entries, "test"))
 
 EXAMPLES = {
     "confirm": st.builds(Confirm, uint16),
@@ -122,6 +138,14 @@ EXAMPLES = {
     "handle_pose": st.builds(HandlePose, st.sampled_from(HANDLES), places, rotations),
     "force": st.builds(Force, wide, uint16),
     "template_pose": st.builds(TemplatePose, uint8, places, rotations),
+    "template_insert": st.builds(TemplateInsert, uint8, uint16, uint8, places, rotations),
+    "template_move": st.builds(TemplateMove, uint8, uint16, uint8, places, rotations),
+    "template_detach": st.builds(TemplateDetach, uint8, uint16, uint8, places, rotations),
+    "template_remove": st.builds(TemplateRemove, uint8, uint16),
+    "template_attach": st.builds(TemplateAttach, uint8, uint16, uint8, st.sampled_from(SIDES), places, rotations),
+    "template_sync": st.builds(TemplateSync, listed),
+    "template_state": st.builds(TemplateState, listed),
+    "template_hash": st.builds(TemplateHash, uint32),
     "footstep_goal": st.builds(lambda ground, yaw: FootstepGoal(*ground, *yaw), on(GROUND, (2,)), on(ROTATION, (1,))),
     "cartesian_target": st.builds(CartesianTarget, st.sampled_from(SIDES), places, rotations),
     "joint_targets": st.builds(JointTargets, st.sampled_from(JOINT_GROUPS), angles),
@@ -137,7 +161,8 @@ BINARY_SIZES = {
     "request": {6, 8}, "handle_pose": {14}, "force": {4, 5}, "template_pose": {14}, "footstep_goal": {7},
     "cartesian_target": {14}, "walk": {18}, "sync_hash": {9}, "lock": {2, 3}, "unlock": {2, 3}, "pause": {1},
     "resume": {1}, "preempt": {1}, "attach": {5}, "sync_request": {1}, "take_over": {2, 3}, "hand_back": {3},
-    "withdrawn": {3}, "paused": {2}, "locked": {3, 4},
+    "withdrawn": {3}, "paused": {2}, "locked": {3, 4}, "template_insert": {17}, "template_move": {17},
+    "template_detach": {17}, "template_remove": {4}, "template_attach": {18}, "template_hash": {5},
 }  # fmt: skip
 # Their length tells how wide a number is: without its last byte such a message may be another one.
 ONE_OR_TWO = ("mirror", "lock", "unlock", "take_over", "locked", "force")
@@ -197,6 +222,17 @@ def test_a_cut_message_is_bad(topic, data):
         (Force(7, 258), "05 0102 07"),
         (Force(256, 0), "05 0000 0100"),
         (TemplatePose(3, (1.0, -0.001, 0.0), (math.pi, 0.0, -math.pi)), "06 03 03e8ffff0000 7fff00008001"),
+        (TemplateInsert(2, 258, 29, (1.0, 0.0, 0.0), (0.0, 0.0, math.pi)), "a0 02 0102 1d 03e800000000 000000007fff"),
+        (TemplateMove(2, 4, 8, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "a1 02 0004 08 0000000003e8 000000000000"),
+        (TemplateDetach(1, 5, 17, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "a2 01 0005 11 0000000003e8 000000000000"),
+        (TemplateRemove(2, 6), "a3 02 0006"),
+        (
+            TemplateAttach(1, 3, 17, "right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)),
+            "a4 01 0003 11 01 0000000003e8 000000000000",
+        ),
+        (TemplateSync(bytes.fromhex("02000603")), "a5 02 0006 03"),
+        (TemplateState(b""), "b1"),
+        (TemplateHash(0xCBF43926), "b0 cbf43926"),
         (FootstepGoal(2.5, -0.005, math.pi), "07 01f4 ffff 7fff"),
         (CartesianTarget("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "08 01 0000000003e8 000000000000"),
         (JointTargets("neck", (math.pi, 0.0, -math.pi)), "09 05 03 7ff 000 801 0"),
