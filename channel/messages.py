@@ -60,6 +60,7 @@ from teleop_sim.channel.template_messages import (
 )
 from teleop_sim.channel.up_messages import (
     Answer,
+    AskView,
     Attach,
     Chat,
     Confirm,
@@ -88,6 +89,7 @@ __all__ = [
     "REQUEST_KINDS",
     "SIDES",
     "Answer",
+    "AskView",
     "Attach",
     "BadMessage",
     "CartesianTarget",

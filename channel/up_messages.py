@@ -96,6 +96,15 @@ class SyncRequest(Counts):
     layout: ClassVar = "type"
 
 
+@message("up", "ask_view", b"\x8f")
+class AskView(Counts):
+    """The operator wants to see how things are now: a picture (0). It is taken when the robot has come to rest."""
+
+    layout: ClassVar = "type, what"
+    limits: ClassVar = (0,)
+    what: int
+
+
 @message("up", "take_over", b"\x87")
 class TakeOver(Number):
     """The operator acts in lieu of a state, by its number."""

@@ -2,10 +2,36 @@
 
 from __future__ import annotations
 
-from teleop_sim.channel.messages import Message, MirrorUpdate, Request
+import math
+
+from teleop_sim.channel.messages import (
+    Answer,
+    Chat,
+    Confirm,
+    Force,
+    HandBack,
+    HandlePose,
+    Image,
+    JointState,
+    Message,
+    MirrorUpdate,
+    Reject,
+    Request,
+    VoxelCloud,
+    WebpImage,
+)
 from teleop_sim.machines.declare import Edge, Machine
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.interventions import failed_state
+
+VIEWS = (Image, WebpImage, VoxelCloud, HandlePose, JointState)
+"""What shows the robot or its surroundings as they were when it was sent."""
+
+ANSWERS = (Answer, Chat, Confirm, Force, HandBack, Reject)
+"""What ends a request, so that the time until it is gone is a round trip."""
+
+_GAIN = 0.125
+"""Weight of a new round trip in the smoothed one: RFC 6298, 2.3."""
 
 _VERBS = {"manual": "help", "decide": "choose", "data": "give", "act": "act"}
 
@@ -17,6 +43,13 @@ class Belief:
         mirror: the machine's copy: present states, mode, level and open requests, as far as known.
         visited: states seen, oldest first, the present one last; a state that repeats itself counts once.
         helped: failed state of every intervention so far, oldest first.
+        heard_s: when the last message arrived.
+        views: by topic, when the last picture, cloud or pose arrived, and what it was.
+        failed: by state, how often it failed in a row, as far as seen.
+        failed_s: when failures were seen, oldest first.
+        trip_s: round trip from a command to its effect, smoothed as RFC 6298 does it; None: none was seen yet.
+        sent: by topic, when something that nobody asked for was last sent, and what it was.
+        in_lieu: by state, how often it was done by hand.
 
     """
 
@@ -24,19 +57,32 @@ class Belief:
         self.mirror = mirror
         self.visited: tuple[str, ...] = mirror.states
         self.helped: tuple[str, ...] = ()
+        self.heard_s = 0.0
+        self.views: dict[str, tuple[float, Message]] = {}
+        self.failed: dict[str, int] = {}
+        self.failed_s: tuple[float, ...] = ()
+        self.trip_s: float | None = None
+        self.sent: dict[str, tuple[float, Message]] = {}
+        self.in_lieu: dict[str, int] = {}
+        self._answered: dict[int, float] = {}
 
     @property
     def machine(self) -> Machine:
         """The machine's table."""
         return self.mirror.machine
 
-    def take(self, message: Message) -> Edge | None:
+    def take(self, message: Message, now_s: float = 0.0) -> Edge | None:
         """Remember what a message, which the mirror has taken, says; returns the transition that it told of, if any."""
         table = self.machine.table
+        self.heard_s = now_s
+        if isinstance(message, VIEWS):
+            self.views[message.topic] = now_s, message
+        self._time_trips(now_s)
         if isinstance(message, MirrorUpdate) and message.edge < len(table) and self.mirror.stranger is None:
             edge = table[message.edge]
             # A lost update leaves a gap: the edge itself says where the machine must have been.
             self._visit((edge.state, *self._entered(edge)))
+            self._count(edge, now_s)
             return edge
         if not set(self.visited[-1:]) & set(self.mirror.states):
             self._visit(self.mirror.states)
@@ -66,6 +112,44 @@ class Belief:
     def note_help(self) -> None:
         """Remember that an intervention was made for the state that failed."""
         self.helped = (*self.helped, failed_state(self.machine, self.visited))
+
+    def note_sent(self, message: Message, request: int, now_s: float) -> None:
+        """Remember what was sent: in answer to a request, or (0) because somebody wanted it."""
+        if request and isinstance(message, ANSWERS):
+            self._answered.setdefault(request, now_s)
+        elif not request:
+            self.sent[message.topic] = now_s, message
+
+    def note_in_lieu(self, state: str) -> None:
+        """Remember that a state was done by hand."""
+        self.in_lieu[state] = self.in_lieu.get(state, 0) + 1
+
+    @property
+    def seen_s(self) -> float:
+        """When the newest view of the robot arrived; long ago if none did."""
+        return max((t_s for t_s, _ in self.views.values()), default=-math.inf)
+
+    def age_s(self, now_s: float) -> float:
+        """How old the newest view is, since it arrived."""
+        return now_s - self.seen_s
+
+    def path_of(self, request: Request) -> str:
+        """The state that asks."""
+        return self._path(request)
+
+    def _time_trips(self, now_s: float) -> None:
+        """The effect of an answer is seen when its request is no longer open."""
+        still = {asked.request for asked in self.mirror.asked}
+        for number in [n for n in self._answered if n not in still]:
+            seen_s = now_s - self._answered.pop(number)
+            self.trip_s = seen_s if self.trip_s is None else self.trip_s + _GAIN * (seen_s - self.trip_s)
+
+    def _count(self, edge: Edge, now_s: float) -> None:
+        if edge.kind in ("failed", "retry"):
+            self.failed[edge.state] = self.failed.get(edge.state, 0) + 1
+            self.failed_s = (*self.failed_s, now_s)
+        elif edge.kind == "done":
+            self.failed.pop(edge.state, None)
 
     def _path(self, request: Request) -> str:
         return self.machine.net.nodes[request.node].path

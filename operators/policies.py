@@ -1,15 +1,19 @@
-"""What a supervisor decides, given a belief and a request. One class and one registry line a policy.
+"""What a crew has agreed to do, given a belief and a request. One class and one registry line a policy.
 
-A policy is a pure function of what has arrived: it knows no clock and no link.
+A policy is a pure function of what has arrived and been sent: it knows no link, and of the clock only what it is told.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
+
 from teleop_sim.channel.messages import Chat, Confirm, Message, Request
+from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.interventions import Interventions, commands, load_interventions
 
@@ -17,8 +21,24 @@ from teleop_sim.operators.interventions import Interventions, commands, load_int
 class Policy(Protocol):
     """Decides what to send."""
 
-    def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
+    def answer(self, belief: Belief, request: Request, /) -> tuple[Message, ...]:
         """Messages that answer ``request``, sent in this order; empty to let it wait."""
+        ...
+
+    def advise(self, belief: Belief, now_s: float, briefing: Briefing, /) -> tuple[Message, ...]:
+        """What the supervisor sends although nobody asked; empty: nothing."""
+        ...
+
+    def wake_s(self, belief: Belief, now_s: float, briefing: Briefing, /) -> float:
+        """When ``advise`` may change although nothing arrives: later than ``now_s``, or never (infinite)."""
+        ...
+
+    def move(self, belief: Belief, request: Request, step: int, rng: np.random.Generator, /) -> Message | None:
+        """The next movement by hand of who acts in lieu of a state, by what he sees; None: enough, or nothing to do."""
+        ...
+
+    def stale_s(self, request: Request, /) -> float:
+        """Age from which what is on the screen is too old to decide on this request."""
         ...
 
 
@@ -41,6 +61,22 @@ class Supervise:
         waiting = belief.waiting_state(request)
         texts = commands(self.table, belief.machine, belief.visited, belief.helped, waiting)
         return tuple(Chat(text) for text in texts)
+
+    def advise(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> tuple[Message, ...]:
+        """Nothing."""
+        return ()
+
+    def wake_s(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> float:
+        """Never."""
+        return math.inf
+
+    def move(self, _belief: Belief, _request: Request, _step: int, _rng: np.random.Generator, /) -> Message | None:
+        """Nothing is done by hand."""
+        return None
+
+    def stale_s(self, _request: Request, /) -> float:
+        """Nothing is too old."""
+        return math.inf
 
 
 POLICIES: dict[str, Callable[[], Policy]] = {

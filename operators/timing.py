@@ -21,6 +21,7 @@ class OperatorTiming:
 
     Attributes:
         look_s, search_s, read_per_word_s, think_s, verify_s, recall_s, mental_s, keystroke_s: elements [s].
+        say_per_word_s, hear_per_word_s, point_s, home_s, click_s, turn_s: more of them [s].
         floor_s: no act is shorter [s].
         spread: standard deviation over mean of every act, zero or more.
         answer_keys: keystrokes to confirm, reject or repeat.
@@ -29,7 +30,7 @@ class OperatorTiming:
         screen_lines: unread lines and pictures kept.
         expertise: factor on every time but the floor; 1 is the sources' average person, less is faster.
 
-    Not modelled: fatigue, learning, workload slowing the person down.
+    Not modelled: fatigue, learning. What workload does is in ``workload.py``.
 
     Raises:
         BadInput: a time that is not above zero, a negative spread, a growth of one or less; all of them at once.
@@ -51,6 +52,12 @@ class OperatorTiming:
     patience_growth: float
     screen_lines: int
     expertise: float
+    say_per_word_s: float
+    hear_per_word_s: float
+    point_s: float
+    home_s: float
+    click_s: float
+    turn_s: float
 
     def __post_init__(self) -> None:
         least = {"spread": 0.0, "patience_growth": 1.0}
@@ -90,6 +97,34 @@ class OperatorTiming:
     def repeat_s(self) -> float:
         """Notice that nothing happened and send the last command again."""
         return self.look_s + self.verify_s + self.press_s()
+
+    def talk_s(self, words: int) -> float:
+        """Say something to somebody, who hears it meanwhile: both are busy as long as the slower of the two."""
+        return words * max(self.say_per_word_s, self.hear_per_word_s)
+
+    def command_s(self) -> float:
+        """Give a command by mouse: prepare, reach for the mouse, point, click, verify."""
+        return self.mental_s + self.home_s + self.point_s + self.click_s + self.verify_s
+
+    def approach_s(self) -> float:
+        """Choose the next small movement of a hand: look, find hand and goal in the picture, think."""
+        return self.read_image_s() + self.think_s
+
+    def notice_s(self) -> float:
+        """Notice on another screen that something is not as it should be, and decide what to do."""
+        return self.turn_s + self.look_s + self.think_s
+
+    def keystrokes_s(self, acts: str) -> float:
+        """The keystroke-level model: the sum of ``K``, ``P``, ``H`` and ``M`` in ``acts``; blanks are skipped.
+
+        Source: Card, Moran, Newell (1980).
+
+        Raises:
+            KeyError: another letter.
+
+        """
+        times_s = {"K": self.keystroke_s, "P": self.point_s, "H": self.home_s, "M": self.mental_s}
+        return sum(times_s[act] for act in acts if act != " ")
 
     def sample_s(self, mean_s: float, rng: np.random.Generator) -> float:
         """One time with mean ``mean_s * expertise`` and the spread, at least the floor. Draws exactly once.

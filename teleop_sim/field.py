@@ -64,6 +64,7 @@ class FieldSite:
         self._by_hand: simpy.Process | None = None
         self._under_way: Callable[[float], Record] | None = None
         self._pictures = 0
+        self._view_asked = False
         self._voice = SiteVoice(env, self._tell)
         self.executive = Executive(env, machine, level, self._start_program, self._voice, emit)
         self._voice.listen_to(self.executive)
@@ -100,6 +101,21 @@ class FieldSite:
             return
         self.note("direct", text, "")
         self._by_hand = self._env.process(self._do_directly(command))
+
+    def view(self) -> None:
+        """The operator wants a picture: now, or when the movement under way has ended; one is enough."""
+        if not self._view_asked:
+            self._view_asked = True
+            self._env.process(self._view())
+
+    def _view(self) -> Process:
+        # Programs move step by step: the picture is taken between two of their movements.
+        if self._by_hand is not None and self._by_hand.is_alive:
+            yield self._by_hand
+        with self._turns.request() as turn:
+            yield turn
+            self._view_asked = False
+            self._show()
 
     def note(self, effect: str, command: str, note: str) -> None:
         """Write down what became of a command."""

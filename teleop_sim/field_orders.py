@@ -30,6 +30,9 @@ class Hands(Protocol):
     def direct(self, text: str, command: Direct) -> None:
         """A movement that the operator commands himself; only while no program acts."""
 
+    def view(self) -> None:
+        """Send a picture as soon as the robot is at rest."""
+
     def note(self, effect: str, command: str, note: str) -> None:
         """Write down what became of a command."""
 
@@ -51,6 +54,8 @@ class Orders:
                 self._executive.answer(request, data)
             case msg.StopAll():
                 self._hands.stop("stop all")
+            case msg.AskView():
+                self._hands.view()
             case msg.Chat(text=text):
                 self._chat(text)
             case other:

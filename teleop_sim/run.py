@@ -23,7 +23,8 @@ from teleop_sim.log.writer import LogWriter
 from teleop_sim.machines.executive import Result
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.onsite import RobotOnSite
-from teleop_sim.operators.supervisor import Briefing, Supervisor
+from teleop_sim.operators.acts import Briefing
+from teleop_sim.operators.crew import Crew
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
@@ -231,7 +232,7 @@ class _Bench:
         beat = scenario.link.heartbeat, scenario.link.heartbeat_s
         self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit)
         self.robot = robot
-        self.station = Supervisor(
+        self.station = Crew(
             self.env,
             Mirror(machine, level),
             sender(self.link.station, plan.up),

@@ -24,7 +24,8 @@ from teleop_sim.core.records import OperatorActed, Record, Released, Requested
 from teleop_sim.machines.executive import Executive, Result, Start
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.src_dish import src_dish
-from teleop_sim.operators.supervisor import Briefing, Supervisor
+from teleop_sim.operators.acts import Briefing
+from teleop_sim.operators.crew import Crew
 from teleop_sim.operators.timing import load_timing
 
 DISH = src_dish()
@@ -109,7 +110,7 @@ def play(delay_s: float, level: int, failing: str = "", dark: bool = False, limi
 
     blackouts = ((0.0, float("inf")),) if dark else ()
     up = Direction(env, "up", DirectionSettings(RATE_BPS, delay_s, 8, blackouts), obey, records.append)
-    person = Supervisor(
+    person = Crew(
         env, Mirror(DISH, level), up.send, load_timing(), np.random.default_rng(1), records.append,
         Briefing(2.0 * delay_s, RATE_BPS),
     )  # fmt: skip

@@ -28,8 +28,9 @@ from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.net import Configuration
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.machines.sync import Asked, Snapshot
+from teleop_sim.operators.acts import Briefing
+from teleop_sim.operators.crew import Crew
 from teleop_sim.operators.policies import POLICIES
-from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.operators.workload import acts_sent, utilisation
 
@@ -54,7 +55,7 @@ class Station:
     def __post_init__(self) -> None:
         rng, policy = np.random.default_rng(self.seed), POLICIES[self.policy]()
         mirror, emit = Mirror(DISH, 0), self.records.append
-        self.person = Supervisor(self.env, mirror, self._send, self.timing, rng, emit, CALM, policy)
+        self.person = Crew(self.env, mirror, self._send, self.timing, rng, emit, CALM, policy)
         self.env.process(self.person.run())
 
     def _send(self, topic: str, payload: bytes, text: str) -> None:

@@ -1,0 +1,68 @@
+"""What the people at a control station share: screens, uplink, agreements, and each other's ears."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from teleop_sim.channel.messages import Message, Request
+from teleop_sim.operators.acts import Briefing, Send
+from teleop_sim.operators.belief import Belief
+from teleop_sim.operators.policies import Policy
+from teleop_sim.operators.roles import Role
+from teleop_sim.operators.timing import OperatorTiming
+
+if TYPE_CHECKING:
+    from teleop_sim.operators.person import Person
+
+
+class Giver(Protocol):
+    """How a request for data is met, such as by fitting a template to the cloud that has arrived."""
+
+    def work_s(self, belief: Belief, request: Request, timing: OperatorTiming) -> float:
+        """Mean time that it takes [s]."""
+        ...
+
+    def give(self, belief: Belief, request: Request, rng: np.random.Generator) -> tuple[Message, ...]:
+        """What is sent, the answer last; empty: nothing can be given yet."""
+        ...
+
+
+@dataclass
+class Desk:
+    """What is shared.
+
+    Attributes:
+        belief: what has arrived; all screens show the same.
+        send: to the uplink.
+        briefing: what the crew was told beforehand.
+        policy: what the crew has agreed on.
+        givers: who meets requests for data, by what ViGIR's states ask for (parameter ``request``).
+        seats: who has which role.
+
+    """
+
+    belief: Belief
+    send: Send
+    briefing: Briefing
+    policy: Policy
+    givers: Mapping[str, Giver] = field(default_factory=dict)
+    seats: dict[Role, Person] = field(default_factory=dict)
+
+    def giver(self, request: Request) -> Giver | None:
+        """Who meets this request for data."""
+        if request.kind != "data":
+            return None
+        state = self.belief.machine.leaf(self.belief.path_of(request))
+        return self.givers.get(str(dict(state.parameters).get("request", "")))
+
+
+@dataclass(frozen=True)
+class Order:
+    """What one person has worked out and another is to send."""
+
+    request: Request
+    messages: tuple[Message, ...]

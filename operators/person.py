@@ -1,0 +1,300 @@
+"""One person at the control station: sees only what arrived, acts only by sending.
+
+Law: with the same generator, the time from the arrival of request n to its answer does not depend on the link, for one
+person alone whom load does not slow. So every request has random draws of its own, keyed by its number, and everything
+else gives way the moment it arrives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import cast
+
+import simpy
+
+from teleop_sim.channel.messages import (
+    Image,
+    LogLine,
+    Message,
+    Request,
+    RequestKind,
+    encode_message,
+)
+from teleop_sim.core.records import Emit
+from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe, trigger
+from teleop_sim.operators.desk import Desk, Order
+from teleop_sim.operators.human import Human, happens, misjudged
+from teleop_sim.operators.roles import Role, role_of
+from teleop_sim.operators.speech import Talk
+from teleop_sim.operators.timing import OperatorTiming, words_in
+from teleop_sim.operators.worker import Worker
+
+
+class Person(Worker):
+    """Serves one thing at a time, the most urgent first (``acts.Urgency``). See ``docs/operator.md``.
+
+    Args:
+        env: the clock.
+        desk: what is shared.
+        timing, human: how long this person takes, and what goes wrong.
+        key: of the crew's random streams. seat: this person's place; the first has no number of its own.
+        emit: to the log.
+        roles: what this person answers for.
+
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        desk: Desk,
+        timing: OperatorTiming,
+        human: Human,
+        key: tuple[int, ...],
+        seat: int,
+        emit: Emit,
+        roles: tuple[Role, ...],
+    ) -> None:
+        super().__init__(env, desk, timing, human, key, emit, roles)
+        self._policy = desk.policy
+        self._reading_rng = self._draws(Purpose.READ, *((seat,) if seat else ()))
+        self._requests: list[Request] = []
+        self._given: dict[int, tuple[Message, ...]] = {}
+        self._serving = 0
+        self._advised = 0
+        self._orders: list[Order] = []
+        self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
+        self._unanswered: dict[int, Unanswered] = {}
+
+    def notice(self, message: Message) -> None:
+        """Something has arrived, and the displays have changed. What is for this person waits for attention."""
+        self._close()
+        for asked in self.belief.mirror.asked:
+            if asked.request not in self._asked:
+                self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
+        self._weigh()
+        wanted: Role = "supervisor" if isinstance(message, LogLine) else "immersed"
+        if isinstance(message, LogLine | Image) and wanted in self.roles:
+            self._unread.append(message)
+        trigger(self._news)
+
+    def order(self, request: Request, messages: tuple[Message, ...]) -> None:
+        """Somebody else asks this person to send something."""
+        self._orders.append(Order(request, messages))
+        self._call(Urgency.ORDER)
+        trigger(self._news)
+
+    def run(self) -> Process:
+        """Process: never ends."""
+        while True:
+            if self._requests and (self._requests_help() or not (self._orders or self.talks)):
+                yield from self._answer(self._next_request())
+            elif self._orders:
+                yield from self._obey(self._orders.pop(0))
+            elif self.talks:
+                yield from self._talk(self.talks[0])
+            elif late := self._overdue():
+                yield from self._repeat(late)
+            elif advice := self._advice():
+                yield from self._advise(advice)
+            elif self._unread:
+                yield from self._read(self._unread.popleft())
+            else:
+                yield from self._wait()
+
+    # What is asked -------------------------------------------------------------------------------------------------
+
+    def _open(self, request: Request) -> None:
+        """A request that the mirror shows, whether it came by itself or with the whole state."""
+        role = role_of(self.belief.machine, request)
+        if role not in self.roles:
+            return
+        self._asked[request.request] = request
+        if request.request not in self._given and request.request != self._serving:
+            other = self._told_by(request)
+            if other is None:
+                self._requests.append(request)
+            else:
+                self._talk_with(other, request, self.belief.question(request), lambda: self._take(request))
+        self._call(Urgency.HELP if request.kind == "manual" else Urgency.ANSWER)
+
+    def _told_by(self, request: Request) -> Person | None:
+        """Who has to say something before this person can answer."""
+        if request.kind == "act":
+            return self._another("supervisor")
+        return self._another("immersed") if request.kind == "decide" else None
+
+    def _another(self, role: Role) -> Person | None:
+        person = self._desk.seats.get(role, self)
+        return None if person is self else person
+
+    def _take(self, request: Request) -> None:
+        """What had to be said before has been said."""
+        if request.request in self._asked:
+            self._requests.append(request)
+            self._call(Urgency.ANSWER)
+            trigger(self._news)
+
+    def _close(self) -> None:
+        """Forget the requests that the mirror shows no more."""
+        shown = {asked.request for asked in self.belief.mirror.asked}
+        self._asked = {n: r for n, r in self._asked.items() if n in shown}
+        self._requests = [r for r in self._requests if r.request in self._asked]
+        self._orders = [order for order in self._orders if order.request.request in shown]
+        for talk in [talk for talk in self.talks if talk.request and talk.request not in shown]:
+            talk.cancel()
+
+    def _weigh(self) -> None:
+        """Wait for the effect of the answers to those open requests at whose states the machine still is.
+
+        If it is elsewhere they are over, even if no transition was seen; the whole state may tell that they are not.
+        """
+        standing = {n: r for n, r in self._asked.items() if self.belief.is_at(r)}
+        self._unanswered = {n: u for n, u in self._unanswered.items() if n in standing}
+        for number, request in standing.items():
+            if self._given.get(number) and number not in self._unanswered and number != self._serving:
+                self._expect(request, self._given[number])
+
+    def _requests_help(self) -> bool:
+        return any(request.kind == "manual" for request in self._requests)
+
+    def _next_request(self) -> Request:
+        first = min(self._requests, key=lambda r: (r.kind != "manual", r.request))
+        self._requests.remove(first)
+        return first
+
+    def _overdue(self) -> Unanswered | None:
+        late = [u for u in self._unanswered.values() if u.due_s <= self._env.now]
+        return min(late, key=lambda u: u.due_s) if late else None
+
+    def _advice(self) -> tuple[Message, ...]:
+        """What the policy wants sent although nobody asked."""
+        if "supervisor" not in self.roles:
+            return ()
+        return self._policy.advise(self.belief, float(self._env.now), self._desk.briefing)
+
+    def _wait(self) -> Process:
+        self._news = self._env.event()
+        due_s = min((u.due_s for u in self._unanswered.values()), default=math.inf)
+        if "supervisor" in self.roles:
+            due_s = min(due_s, self._policy.wake_s(self.belief, float(self._env.now), self._desk.briefing))
+        if due_s == math.inf:
+            yield self._news
+        else:
+            yield self._news | self._env.timeout(due_s - self._env.now)
+
+    # What is done --------------------------------------------------------------------------------------------------
+
+    def _answer(self, request: Request) -> Process:
+        self._serving = request.request
+        rng = self._draws(Purpose.ANSWER, request.request)
+        if self.belief.age_s(float(self._env.now)) > self._policy.stale_s(request):
+            yield from self._look_again(request)
+        if request.kind == "act":
+            yield from self._move_and_wait(request)
+        question = self.belief.question(request)
+        start_s = self._env.now
+        yield self._env.timeout(self._sample_s(self._thinking_s(request, question), rng))
+        self._record(start_s, "decide", request.request, question)
+        messages: tuple[Message, ...] = ()
+        if request.request in self._asked:
+            messages = self._given[request.request] = self._decided(request)
+        if request.kind == "manual" and messages:
+            self.belief.note_help()
+        if not (messages and self._passed_on(request, messages)):
+            yield from self._send_all(request, messages, rng)
+        self._serving = 0
+        self._weigh()
+
+    def _thinking_s(self, request: Request, question: str) -> float:
+        words, giver = words_in(question), self._desk.giver(request)
+        if giver is not None:
+            return self._timing.read_line_s(words) + giver.work_s(self.belief, request, self._timing)
+        return self._timing.judge_s(words) if request.kind == "confirm" else self._timing.plan_s(words)
+
+    def _decided(self, request: Request) -> tuple[Message, ...]:
+        giver = self._desk.giver(request)
+        if giver is not None:
+            return giver.give(self.belief, request, self._draws(Purpose.GIVE, request.request))
+        messages = self._policy.answer(self.belief, request)
+        rate = self._rate(self._human.misjudge_rate)
+        if rate > 0.0 and happens(rate, self._draws(Purpose.MISJUDGE, request.request)):
+            return misjudged(messages)
+        return messages
+
+    def _passed_on(self, request: Request, messages: tuple[Message, ...]) -> bool:
+        """What was done by hand the supervisor tells the machine; is that somebody else?"""
+        if request.kind != "act":
+            return False
+        self.belief.note_in_lieu(self.belief.path_of(request))
+        other = self._another("supervisor")
+        if other is None:
+            return False
+        self._talk_with(other, request, f"done {self.belief.question(request)}", lambda: other.order(request, messages))
+        return True
+
+    def _obey(self, order: Order) -> Process:
+        yield from self._send_all(order.request, order.messages, self._draws(Purpose.ORDER, order.request.request))
+
+    def _move_and_wait(self, request: Request) -> Process:
+        """Move a hand by eye: a small open-loop movement, then wait for what it has done, and so on (Ferrell 1965)."""
+        rng, step = self._draws(Purpose.MOVE, request.request), 0
+        while request.request in self._asked:
+            start_s = self._env.now
+            yield self._env.timeout(self._sample_s(self._timing.approach_s(), rng))
+            move = self._policy.move(self.belief, request, step, rng)
+            step += 1
+            self._record(start_s, "decide", request.request, f"move {step}" if move is not None else "nothing to move")
+            if move is None:
+                return
+            yield from self._send_all(request, (move,), rng)
+            yield from self._await_view(request)
+
+    def _talk_with(self, other: Person, request: Request, text: str, then: Callable[[], None]) -> None:
+        duration_s = self._timing.talk_s(words_in(text))
+        Talk(self._env, (self, other), text, duration_s, request.request, then).propose()
+
+    def _repeat(self, late: Unanswered) -> Process:
+        rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)
+        start_s = self._env.now
+        duration_s = self._sample_s(self._timing.repeat_s(), rng)
+        cut = yield from self._interruptible(duration_s, Urgency.REPEAT)
+        if cut or late.request.request not in self._unanswered:
+            self._record(start_s, "decide", late.request.request, "dropped: send again")
+            return
+        self._submit(start_s, late.request, late.messages[-1], "again: ")
+        wait_s = late.wait_s * self._timing.patience_growth
+        self._unanswered[late.request.request] = replace(
+            late, wait_s=wait_s, due_s=self._env.now + wait_s, repeats=late.repeats + 1
+        )
+
+    def _advise(self, advice: tuple[Message, ...]) -> Process:
+        """Do what nobody asked for, if it is still right when it has been thought about."""
+        self._advised += 1
+        rng, start_s = self._draws(Purpose.ADVISE, self._advised), self._env.now
+        text = ", ".join(describe(message, "", self.belief.machine) for message in advice)
+        cut = yield from self._interruptible(self._sample_s(self._timing.notice_s(), rng), Urgency.ADVISE)
+        dropped = cut or self._advice() != advice
+        self._record(start_s, "decide", 0, f"dropped: {text}" if dropped else text)
+        if not dropped:
+            yield from self._send_all(NOBODY, advice, rng)
+
+    def _read(self, item: LogLine | Image) -> Process:
+        is_line = isinstance(item, LogLine)
+        text = item.text if isinstance(item, LogLine) else "picture"
+        mean_s = self._timing.read_line_s(words_in(text)) if is_line else self._timing.read_image_s()
+        start_s = self._env.now
+        dropped = yield from self._interruptible(self._sample_s(mean_s, self._reading_rng), Urgency.READ)
+        self._record(start_s, "read", 0, f"dropped: {text}" if dropped else text)
+
+    def _expect(self, request: Request, messages: tuple[Message, ...]) -> None:
+        bits = sum(8 * len(encode_message(m)[1]) for m in messages)
+        briefing = self._desk.briefing
+        wait_s = briefing.round_trip_s + bits / briefing.uplink_bps + self._timing.patience_s
+        self._unanswered[request.request] = Unanswered(request, messages, wait_s, self._env.now + wait_s)
+
+
+NOBODY = Request(0, "confirm", 0)
+"""Stands for the request that is answered by what nobody asked for."""
