@@ -50,6 +50,7 @@ class Belief:
         trip_s: round trip from a command to its effect, smoothed as RFC 6298 does it; None: none was seen yet.
         sent: by topic, when something that nobody asked for was last sent, and what it was.
         in_lieu: by state, how often it was done by hand.
+        moves: by request, how many movements by hand were made for it.
 
     """
 
@@ -64,6 +65,7 @@ class Belief:
         self.trip_s: float | None = None
         self.sent: dict[str, tuple[float, Message]] = {}
         self.in_lieu: dict[str, int] = {}
+        self.moves: dict[int, int] = {}
         self._answered: dict[int, float] = {}
 
     @property
@@ -119,6 +121,10 @@ class Belief:
             self._answered.setdefault(request, now_s)
         elif not request:
             self.sent[message.topic] = now_s, message
+
+    def note_move(self, request: Request) -> None:
+        """Remember a movement by hand."""
+        self.moves[request.request] = self.moves.get(request.request, 0) + 1
 
     def note_in_lieu(self, state: str) -> None:
         """Remember that a state was done by hand."""

@@ -250,6 +250,7 @@ class Person(Worker):
             if move is None:
                 return
             yield from self._send_all(request, (move,), rng)
+            self.belief.note_move(request)
             yield from self._await_view(request)
 
     def _talk_with(self, other: Person, request: Request, text: str, then: Callable[[], None]) -> None:

@@ -1,4 +1,4 @@
-"""What a crew has agreed to do, given a belief and a request. One class and one registry line a policy.
+"""What a crew has agreed to do, given a belief and a request. The list is in ``registry.py``.
 
 A policy is a pure function of what has arrived and been sent: it knows no link, and of the clock only what it is told.
 """
@@ -6,7 +6,6 @@ A policy is a pure function of what has arrived and been sent: it knows no link,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -16,6 +15,7 @@ from teleop_sim.channel.messages import Chat, Confirm, Message, Request
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.interventions import Interventions, commands, load_interventions
+from teleop_sim.operators.manual import Manual, Nothing
 
 
 class Policy(Protocol):
@@ -47,10 +47,16 @@ class Supervise:
     """Fixed level. Confirms whatever is suggested after looking at it; helps by hand by the table of interventions.
 
     Not modelled: seeing that a suggestion is wrong (a later policy), changing the level, teleoperation, deciding where
-    nothing is suggested, giving data.
+    nothing is suggested.
+
+    Attributes:
+        table: which commands help.
+        manual: what can be done by hand; policies that step down use it.
+
     """
 
     table: Interventions = field(default_factory=load_interventions)
+    manual: Manual = field(default_factory=Nothing)
 
     def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
         """``Confirm``, or the commands of the table as ``Chat``."""
@@ -77,9 +83,3 @@ class Supervise:
     def stale_s(self, _request: Request, /) -> float:
         """Nothing is too old."""
         return math.inf
-
-
-POLICIES: dict[str, Callable[[], Policy]] = {
-    "supervise": Supervise,
-}
-"""Name in a scenario to policy."""

@@ -1,7 +1,7 @@
 """The names a scenario may use, each with what it stands for.
 
 What is made of a name is registered apart, because shell completion reads this file at every key press: robots in
-``teleop_sim.robot.robots``, tasks in ``teleop_sim.scenarios.objects``, policies in ``teleop_sim.operators.policies``. A
+``teleop_sim.robot.robots``, tasks in ``teleop_sim.scenarios.objects``, policies in ``teleop_sim.operators.registry``. A
 test keeps them alike; error messages and the JSON Schema follow.
 """
 
@@ -28,6 +28,12 @@ TASKS: Mapping[str, str] = {
 PACINGS: Mapping[str, str] = {
     "wpi": "with the fixed waits, polling and sensor sweeps of WPI's program",
     "eager": "without them: each step starts as soon as the one before is done",
+}
+
+POLICIES: Mapping[str, str] = {
+    "adaptive": "the level of autonomy follows the link's round trips and the behaviour's failures",
+    "step_down": "a state that fails repeatedly is done by hand, a layer lower each time, and handed back",
+    "supervise": "a fixed level; what is suggested is confirmed, a table says which command helps",
 }
 
 AUTONOMY: Mapping[str, int] = {"off": 0, "low": 1, "high": 2, "full": 3}

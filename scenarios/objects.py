@@ -12,8 +12,11 @@ from functools import partial
 
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.src_dish import src_dish
-from teleop_sim.operators.policies import POLICIES, Policy
+from teleop_sim.operators.human import Human
+from teleop_sim.operators.policies import Policy
+from teleop_sim.operators.registry import POLICIES
 from teleop_sim.operators.timing import OperatorTiming, load_timing
+from teleop_sim.operators.workload import Curve
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
@@ -96,6 +99,11 @@ def operator_timing(operator: Operator) -> OperatorTiming:
 def operator_policy(operator: Operator) -> Policy:
     """How the scenario's operator decides."""
     return POLICIES[operator.policy]()
+
+
+def operator_human(operator: Operator) -> Human:
+    """What goes wrong with the scenario's people."""
+    return Human(operator.slip_rate or 0.0, operator.misjudge_rate or 0.0, Curve() if operator.workload else None)
 
 
 def dish_settings(world: World) -> DishSettings:

@@ -11,11 +11,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from teleop_sim.operators.policies import POLICIES
+from teleop_sim.operators.registry import POLICIES
 from teleop_sim.scenarios import names
 from teleop_sim.scenarios.disturbance_schema import Disturbances
 from teleop_sim.scenarios.link_schema import Link
-from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused
+from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused, source_of
 from teleop_sim.scenarios.ranges import RANGE
 
 
@@ -38,7 +38,10 @@ CountRange = Annotated[tuple[Count, Count], *RANGE]
 
 
 class Operator(Part):
-    """The person at the control station."""
+    """Who is at the control station, and how they work.
+
+    What is left out is not there: one person alone, who makes no mistakes and whom load does not slow.
+    """
 
     policy: Annotated[str, *named("How the operator decides, one of", POLICIES)] = "supervise"
     expertise: float = Field(
@@ -48,6 +51,21 @@ class Operator(Part):
         description="A factor from 0.1 to 10 on all the operator's times, such as 0.7; 1 is the average person.",
     )
     expertise_source: str = ASSUMED
+    team: int | None = Field(
+        default=None, ge=1, le=4, description="How many people share the roles, 1 to 4; left out: one."
+    )
+    slip_rate: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=1.0,
+        description="Chance that what is sent was not meant, such as 0.02 (HEART).",
+    )
+    slip_rate_source: str | None = Field(default_factory=source_of("slip_rate"))
+    misjudge_rate: float | None = Field(
+        default=None, ge=0.0, le=1.0, description="Chance that a decision is wrong, 0 to 1, such as 0.16 (HEART)."
+    )
+    misjudge_rate_source: str | None = Field(default_factory=source_of("misjudge_rate"))
+    workload: bool | None = Field(default=None, description="true: who is busy beyond 70 % gets slower and errs more.")
 
 
 class World(Part):

@@ -66,6 +66,12 @@ def _complete_pacing(incomplete: str) -> list[str]:
     return [name for name in PACINGS if name.startswith(incomplete)]
 
 
+def _complete_policy(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.names import POLICIES
+
+    return [name for name in POLICIES if name.startswith(incomplete)]
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         import teleop_sim
@@ -128,6 +134,18 @@ def run(
         str | None,
         typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=_complete_pacing),
     ] = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(
+            help="What the crew has agreed on: supervise, step_down or adaptive.",
+            metavar="NAME",
+            autocompletion=_complete_policy,
+        ),
+    ] = None,
+    team: Annotated[str | None, typer.Option(help="People at the control station, 1 to 4.", metavar="N")] = None,
+    expertise: Annotated[
+        str | None, typer.Option(help="A factor on their times, such as 0.7; 1 is average.", metavar="FACTOR")
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -159,6 +177,9 @@ def run(
         "--robot": robot,
         "--autonomy": autonomy,
         "--pacing": pacing,
+        "--policy": policy,
+        "--team": team,
+        "--expertise": expertise,
         "--seed": seed,
         "--time-limit": time_limit,
     }

@@ -44,6 +44,14 @@ def _share(text: str, where: str) -> object:
         raise BadInput((Problem(where, f"{shown} is not a number", "Give a share such as 0.05."),)) from None
 
 
+def _factor(text: str, where: str) -> object:
+    try:
+        return float(text)
+    except ValueError:
+        shown = repr(text if len(text) <= 40 else f"{text[:37]}...")
+        raise BadInput((Problem(where, f"{shown} is not a number", "Give a factor such as 0.7."),)) from None
+
+
 OPTIONS = (
     _Option("--preset", ("link.preset",), _text),
     _Option("--delivery", ("link.delivery",), _text),
@@ -55,6 +63,9 @@ OPTIONS = (
     _Option("--robot", ("robot",), _text),
     _Option("--autonomy", ("autonomy",), _text),
     _Option("--pacing", ("pacing",), _text),
+    _Option("--policy", ("operator.policy",), _text),
+    _Option("--team", ("operator.team",), _whole),
+    _Option("--expertise", ("operator.expertise",), _factor),
     _Option("--seed", ("seed",), _whole),
     _Option("--time-limit", ("time_limit_s",), parse_time_s),
 )

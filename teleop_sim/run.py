@@ -36,6 +36,7 @@ from teleop_sim.scenarios.objects import (
     Site,
     autonomy_level,
     drawn_disturbances,
+    operator_human,
     operator_policy,
     operator_timing,
 )
@@ -241,6 +242,8 @@ class _Bench:
             watch,
             Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1]),
             operator_policy(scenario.operator),
+            scenario.operator.team or 1,
+            operator_human(scenario.operator),
         )
 
     def _robot(self, seed: int, replicate: int, body: Body, site: Site, clock: Clock) -> RobotOnSite:

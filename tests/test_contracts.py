@@ -20,7 +20,7 @@ from teleop_sim.channel.picture_messages import Picture
 from teleop_sim.core.streams import stream
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
-from teleop_sim.operators.policies import POLICIES
+from teleop_sim.operators.registry import POLICIES
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Command, Look
 from teleop_sim.robot.episode import NoiseKey, perform
@@ -59,6 +59,7 @@ def draw(task: str, robot: str, seed: int) -> tuple[Plant, object]:
 def test_what_a_scenario_may_name_is_what_there_is():
     assert list(names.ROBOTS) == list(ROBOTS)
     assert list(names.TASKS) == list(TASKS)
+    assert list(names.POLICIES) == list(POLICIES)
 
 
 @pytest.mark.parametrize("name", sorted(ROBOTS))

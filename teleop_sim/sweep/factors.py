@@ -71,6 +71,19 @@ def _share(text: str, where: str) -> Simple:
         raise BadInput((Problem(where, f"{text!r} is no number", "Give a share such as 0.05."),)) from None
 
 
+def _whole(text: str, where: str) -> Simple:
+    if not text.isdecimal():
+        raise BadInput((Problem(where, f"{text!r} is no whole number", "Give one such as 2."),))
+    return int(text)
+
+
+def _factor(text: str, where: str) -> Simple:
+    try:
+        return float(text)
+    except ValueError:
+        raise BadInput((Problem(where, f"{text!r} is no number", "Give a factor such as 0.7."),)) from None
+
+
 AXES: Final[Mapping[str, Axis]] = {
     "--preset": Axis("preset", ("link.preset",), _word, ("link.up", "link.down")),
     "--uplink": Axis("uplink_bps", ("link.up.rate_bps",), parse_rate_bps),
@@ -81,6 +94,9 @@ AXES: Final[Mapping[str, Axis]] = {
     "--autonomy": Axis("autonomy", ("autonomy",), _word),
     "--robot": Axis("robot", ("robot",), _word),
     "--pacing": Axis("pacing", ("pacing",), _word),
+    "--policy": Axis("policy", ("operator.policy",), _word),
+    "--team": Axis("team", ("operator.team",), _whole),
+    "--expertise": Axis("expertise", ("operator.expertise",), _factor),
 }
 """Option to axis."""
 

@@ -30,7 +30,7 @@ from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.machines.sync import Asked, Snapshot
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.crew import Crew
-from teleop_sim.operators.policies import POLICIES
+from teleop_sim.operators.registry import POLICIES
 from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.operators.workload import acts_sent, utilisation
 

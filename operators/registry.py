@@ -1,0 +1,16 @@
+"""Policies by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from teleop_sim.operators.adaptive import Adaptive
+from teleop_sim.operators.policies import Policy, Supervise
+from teleop_sim.operators.step_down import StepDown
+
+POLICIES: dict[str, Callable[[], Policy]] = {
+    "adaptive": Adaptive,
+    "step_down": StepDown,
+    "supervise": Supervise,
+}
+"""Name in a scenario to policy."""
