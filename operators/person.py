@@ -108,27 +108,26 @@ class Person(Worker):
 
     def _open(self, request: Request) -> None:
         """A request that the mirror shows, whether it came by itself or with the whole state."""
-        role = role_of(self.belief.machine, request)
-        if role not in self.roles:
+        if role_of(self.belief.machine, request) not in self.roles:
             return
         self._asked[request.request] = request
         if request.request not in self._given and request.request != self._serving:
-            other = self._told_by(request)
-            if other is None:
+            speaker, listener = self._talk_before(request)
+            if speaker is listener:
                 self._requests.append(request)
             else:
-                self._talk_with(other, request, self.belief.question(request), lambda: self._take(request))
+                said = self.belief.question(request)
+                self._talk_of((speaker, listener), request, said, lambda: self._take(request))
         self._call(Urgency.HELP if request.kind == "manual" else Urgency.ANSWER)
 
-    def _told_by(self, request: Request) -> Person | None:
-        """Who has to say something before this person can answer."""
-        if request.kind == "act":
-            return self._another("supervisor")
-        return self._another("immersed") if request.kind == "decide" else None
+    def _talk_before(self, request: Request) -> tuple[Person, Person]:
+        """Who says something to whom before this person can answer; nobody to himself.
 
-    def _another(self, role: Role) -> Person | None:
-        person = self._desk.seats.get(role, self)
-        return None if person is self else person
+        The supervisor asks the primary operator to act in lieu of a state, and the immersed one what he sees there.
+        """
+        if request.kind == "act":
+            return self._desk.seats["supervisor"], self
+        return self, self._desk.seats["immersed"] if request.kind == "decide" else self
 
     def _take(self, request: Request) -> None:
         """What had to be said before has been said."""
@@ -229,10 +228,11 @@ class Person(Worker):
         if request.kind != "act":
             return False
         self.belief.note_in_lieu(self.belief.path_of(request))
-        other = self._another("supervisor")
-        if other is None:
+        other = self._desk.seats["supervisor"]
+        if other is self:
             return False
-        self._talk_with(other, request, f"done {self.belief.question(request)}", lambda: other.order(request, messages))
+        said = f"done {self.belief.question(request)}"
+        self._talk_of((self, other), request, said, lambda: other.order(request, messages))
         return True
 
     def _obey(self, order: Order) -> Process:
@@ -253,9 +253,9 @@ class Person(Worker):
             self.belief.note_move(request)
             yield from self._await_view(request)
 
-    def _talk_with(self, other: Person, request: Request, text: str, then: Callable[[], None]) -> None:
+    def _talk_of(self, people: tuple[Person, Person], request: Request, text: str, then: Callable[[], None]) -> None:
         duration_s = self._timing.talk_s(words_in(text))
-        Talk(self._env, (self, other), text, duration_s, request.request, then).propose()
+        Talk(self._env, people, text, duration_s, request.request, then).propose()
 
     def _repeat(self, late: Unanswered) -> Process:
         rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)

@@ -55,6 +55,11 @@ class Talk:
         self._over, self.began_s = env.event(), -1.0
         self._here: list[Talker] = []
 
+    @property
+    def speaker(self) -> Talker:
+        """Who has something to say."""
+        return self._people[0]
+
     def propose(self) -> None:
         """Put it on both people's minds."""
         for person in self._people:

@@ -88,7 +88,7 @@ class Worker:
         over = talk.join(self)
         self._called, self._bar = self._env.event(), Urgency.TALK
         yield over | self._called
-        began_s, text = talk.began_s, talk.text
+        began_s, text = talk.began_s, f"{'say' if talk.speaker is self else 'hear'}: {talk.text}"
         if not over.triggered:
             talk.leave(self)
         self._bar = Urgency.HELP
