@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from teleop_sim.channel.messages import Chat, Confirm, Message, Request
+from teleop_sim.channel.messages import Chat, Confirm, Force, Message, Preempt, Request
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.interventions import Interventions, commands, load_interventions
@@ -66,7 +66,7 @@ class Supervise:
             return ()
         waiting = belief.waiting_state(request)
         texts = commands(self.table, belief.machine, belief.visited, belief.helped, waiting)
-        return tuple(Chat(text) for text in texts)
+        return tuple(_command(belief, waiting, text) for text in texts)
 
     def advise(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> tuple[Message, ...]:
         """Nothing."""
@@ -83,3 +83,12 @@ class Supervise:
     def stale_s(self, _request: Request, /) -> float:
         """Nothing is too old."""
         return math.inf
+
+
+def _command(belief: Belief, waiting: str, text: str) -> Message:
+    """A command as it is given: typed where the vocabulary is WPI's, else clicked; giving up ends the machine."""
+    if text.startswith(("/", "&")) and (text.startswith("&") or belief.machine.has_edge(waiting, text)):
+        return Chat(text)
+    if belief.machine.has_edge(waiting, text):
+        return Force(belief.machine.edge_index(waiting, text), belief.mirror.seen)
+    return Preempt()
