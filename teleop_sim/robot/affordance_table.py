@@ -13,6 +13,7 @@ from teleop_sim.robot.affordance import Affordance, Usability, metres_per_unit, 
 from teleop_sim.robot.chain_ik import ChainIk, Solution, Stance, Target
 from teleop_sim.robot.commands import Side
 from teleop_sim.robot.kinematics import Kinematics
+from teleop_sim.robot.pose_ik import PoseIk, pose_target
 
 SPACING_M, SPACING_RAD = 0.01, 0.13
 """Between two rows: a chord of 7.5 degrees (as the crank's table has) or 1 cm, which a straight line in joints misses
@@ -62,16 +63,24 @@ class MotionTable:
 
 @dataclass(frozen=True)
 class Way:
-    """What a table is asked for: an affordance, how far, and the tool's place and pointing at the start."""
+    """What a table is asked for: an affordance, how far, and the tool's place and pointing at the start.
+
+    ``rotation``: (3, 3) of the tool at the start, where it must turn with the thing; None leaves its spin free.
+    """
 
     affordance: Affordance
     amount: float
     start: np.ndarray
     pointing: np.ndarray
+    rotation: np.ndarray | None = None
 
     def at(self, amount: float) -> Target:
         """Where the tool goes."""
-        return Target(moved(self.affordance, amount, self.start), turned(self.affordance, amount, self.pointing))
+        place = moved(self.affordance, amount, self.start)
+        if self.rotation is None:
+            return Target(place, turned(self.affordance, amount, self.pointing))
+        axes = [turned(self.affordance, amount, axis) for axis in self.rotation.T]
+        return pose_target(place, np.column_stack(axes))
 
 
 def with_tool(kinematics: Kinematics, side: Side, usability: Usability) -> Kinematics:
@@ -107,7 +116,7 @@ def motion_table(
     shares = np.clip(math.copysign(unit_m / DRAWN_M, way.amount) * amounts, 0.0, 1.0)
     for stage in ("arm", "chain"):
         rests = [now + share * (rest - now) for share in shares]
-        solvers = [ChainIk(kinematics, side, stance, drawn, torso=stage == "chain") for drawn in rests]
+        solvers: list[ChainIk] = [PoseIk(kinematics, side, stance, drawn, torso=stage == "chain") for drawn in rests]
         table = _table(solvers, stage, now, way, amounts, (first, last))
         if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
             return table

@@ -171,7 +171,8 @@ class Act:
     """Move what the hand holds along an affordance, from where it is, by ``amount`` [m or rad].
 
     ``usability``: a frame of the held thing that takes the hand's place; without one the thing in the hand guides it,
-    and the hand gives way sideways. ``force_limit_n``: of the wrist's force beyond the weight of what it carries.
+    and the hand gives way sideways. ``rigid``: the hand turns with the thing, also about its own approach axis, as one
+    round a bar must. ``force_limit_n``: of the wrist's force beyond the weight of what it carries.
     Ends ``reached``, ``force_limit``, ``no_motion``, ``grip_lost``, ``timed_out`` or ``no_plan``.
     """
 
@@ -181,6 +182,7 @@ class Act:
     usability: Usability | None = None
     force_limit_n: float = 80.0
     time_limit_s: float = 120.0
+    rigid: bool = False
 
 
 @dataclass(frozen=True)
@@ -255,6 +257,31 @@ class Insert:
 
 
 @dataclass(frozen=True)
+class Take:
+    """Bring a hand round, or into, something fixed: a lever, the gap between a wheel's spokes.
+
+    ``handle``: where the tool goes; its masses do not matter. ``shut``: the hand comes shut, as a rod; otherwise it
+    comes open and closes there. Ends ``taken``, ``blocked`` (it met something before it was there, and was drawn back)
+    or ``no_plan``.
+    """
+
+    side: Side
+    handle: Handle
+    shut: bool = False
+
+
+@dataclass(frozen=True)
+class LetGo:
+    """Let a hand lose its load, open it, draw it straight back and bring it home. Always ends ``released``.
+
+    ``shut``: it is drawn back as it is, as a rod, and opened at home.
+    """
+
+    side: Side
+    shut: bool = False
+
+
+@dataclass(frozen=True)
 class Stop:
     """End what the body is doing: finish the step under way, then stand."""
 
@@ -276,5 +303,7 @@ Command = (
     | Carry
     | Place
     | Insert
+    | Take
+    | LetGo
     | Stop
 )

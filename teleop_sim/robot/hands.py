@@ -14,10 +14,13 @@ from teleop_sim.core.errors import UnknownName
 from teleop_sim.robot.fingers import with_fingers
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.spec import RobotSpec
+from teleop_sim.world.cage import CageHand
 from teleop_sim.world.hand_pads import PadHand
 
 DEFAULT = "cage"
 SEPARATOR = "+"
+CLAW_M = 0.012
+"""Inner radius of a closed claw (assumed: a lever's 10 mm and some)."""
 
 
 def with_pads(spec: RobotSpec) -> RobotSpec:
@@ -26,8 +29,21 @@ def with_pads(spec: RobotSpec) -> RobotSpec:
     return replace(spec, model=replace(spec.model, hands=mounts))
 
 
+def with_claws(spec: RobotSpec) -> RobotSpec:
+    """Cages that close to 12 mm: round a door's lever they squeeze it, and shut they are a rod of 5 cm at most.
+
+    Sizes assumed. Jaws of a light hand get the usual cage's inertia: with less they sink through a lever at 60 N.
+    """
+    mounts = []
+    for mount in spec.model.hands:
+        if not isinstance(mount.hand, CageHand):
+            raise UnknownName("robot with claws", spec.model.description.name, tuple(ROBOTS))
+        mounts.append(replace(mount, hand=replace(mount.hand, closed_m=CLAW_M, armature_kg=CageHand.armature_kg)))
+    return replace(spec, model=replace(spec.model, hands=tuple(mounts)))
+
+
 HANDS: Mapping[str, Callable[[RobotSpec], RobotSpec]] = MappingProxyType(
-    {"cage": lambda spec: spec, "fingers": with_fingers, "pads": with_pads}
+    {"cage": lambda spec: spec, "claw": with_claws, "fingers": with_fingers, "pads": with_pads}
 )
 """By kind: what makes a robot of one with cages."""
 

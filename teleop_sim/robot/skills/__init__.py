@@ -9,6 +9,7 @@ from teleop_sim.robot.commands import (
     Follow,
     Grip,
     Insert,
+    LetGo,
     Look,
     Nudge,
     Pick,
@@ -19,6 +20,7 @@ from teleop_sim.robot.commands import (
     Scan,
     Step,
     Stop,
+    Take,
     Walk,
 )
 from teleop_sim.robot.skill import Skill
@@ -27,6 +29,7 @@ from teleop_sim.robot.skills.carry import carry
 from teleop_sim.robot.skills.follow import follow
 from teleop_sim.robot.skills.grip import grip
 from teleop_sim.robot.skills.insert import insert
+from teleop_sim.robot.skills.let_go import let_go
 from teleop_sim.robot.skills.nudge import nudge
 from teleop_sim.robot.skills.pick import pick
 from teleop_sim.robot.skills.place import place
@@ -34,6 +37,7 @@ from teleop_sim.robot.skills.posing import look, posture
 from teleop_sim.robot.skills.reach import reach
 from teleop_sim.robot.skills.release import release
 from teleop_sim.robot.skills.sensing import detect, scan
+from teleop_sim.robot.skills.take import take
 from teleop_sim.robot.skills.walking import step, stop, walk
 
 SKILLS: dict[type, Skill] = {
@@ -43,6 +47,7 @@ SKILLS: dict[type, Skill] = {
     Follow: follow,
     Grip: grip,
     Insert: insert,
+    LetGo: let_go,
     Look: look,
     Nudge: nudge,
     Pick: pick,
@@ -53,5 +58,6 @@ SKILLS: dict[type, Skill] = {
     Scan: scan,
     Step: step,
     Stop: stop,
+    Take: take,
     Walk: walk,
 }

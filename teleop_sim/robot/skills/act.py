@@ -87,7 +87,8 @@ def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:
 def _planned(arm: Arm, command: Act) -> tuple[Way, MotionTable]:
     """The way from where the hand or its tool is felt to be, and postures along it."""
     rotation, position = arm.hand()
-    way = Way(command.affordance, command.amount, position, rotation[:, 2])
+    spin = rotation if command.rigid else None
+    way = Way(command.affordance, command.amount, position, rotation[:, 2], spin)
     now, stance = plan_stance(arm)
     return way, motion_table(arm.kinematics, arm.side, stance, rest_posture(arm, stance), now, way)
 
