@@ -175,7 +175,10 @@ def decode_payload(payload: bytes) -> Message:
         BadMessage: bytes that are no message.
 
     """
-    for kind in MESSAGES.values():
-        if payload[:1] and payload[:1] in kind.marks:
-            return kind.decode(payload)
+    kind = _KINDS.get(payload[:1])
+    if kind is not None:
+        return kind.decode(payload)
     raise BadMessage("payload", f"{len(payload)} bytes that start with {payload[:1].hex() or 'nothing'}", "No message.")
+
+
+_KINDS = {bytes([mark]): kind for kind in MESSAGES.values() for mark in kind.marks}

@@ -77,7 +77,7 @@ class Belief:
         """Remember what a message, which the mirror has taken, says; returns the transition that it told of, if any."""
         table = self.machine.table
         self.heard_s = now_s
-        if isinstance(message, VIEWS):
+        if type(message) in VIEWS:
             self.views[message.topic] = now_s, message
         self._time_trips(now_s)
         if isinstance(message, MirrorUpdate) and message.edge < len(table) and self.mirror.stranger is None:

@@ -8,6 +8,7 @@ queue.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from typing import Any
 
 import simpy
 
@@ -83,24 +84,20 @@ class Station:
 
 def tell(mirror: Mirror, message: Message) -> None:
     """Show a message to the mirror; of those that say nothing about the machine it takes none."""
-    match message:
-        case MirrorUpdate(edge=edge):
-            mirror.transition(edge)
-        case ModeIs(mode=mode):
-            mirror.mode_is(MODES[mode])
-        case LevelIs(level=level):
-            mirror.level_is(level)
-        case Request(request=request, kind=kind, node=node, edge=edge):
-            mirror.request(request, kind, node, edge)
-        case Withdrawn(request=request):
-            mirror.withdrawn(request)
-        case PausedIs(paused=paused):
-            mirror.paused_is(bool(paused))
-        case LockedIs(node=node, locked=locked):
-            mirror.locked_is(node, bool(locked))
-        case SyncHash(behaviour=behaviour, crc32=crc32):
-            mirror.heartbeat(behaviour, crc32)
-        case SyncState(data=data):
-            mirror.sync(data)
-        case _:
-            pass
+    show = _SHOWN.get(type(message))
+    if show is not None:
+        show(mirror, message)
+
+
+_SHOWN: dict[type[Message], Callable[[Mirror, Any], None]] = {
+    MirrorUpdate: lambda mirror, m: mirror.transition(m.edge),
+    ModeIs: lambda mirror, m: mirror.mode_is(MODES[m.mode]),
+    LevelIs: lambda mirror, m: mirror.level_is(m.level),
+    Request: lambda mirror, m: mirror.request(m.request, m.kind, m.node, m.edge),
+    Withdrawn: lambda mirror, m: mirror.withdrawn(m.request),
+    PausedIs: lambda mirror, m: mirror.paused_is(bool(m.paused)),
+    LockedIs: lambda mirror, m: mirror.locked_is(m.node, bool(m.locked)),
+    SyncHash: lambda mirror, m: mirror.heartbeat(m.behaviour, m.crc32),
+    SyncState: lambda mirror, m: mirror.sync(m.data),
+}
+"""By the type itself: a station hears much, and asking a message what it is costs more than showing it."""

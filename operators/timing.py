@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import dataclass, fields
+from functools import cache, lru_cache
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
@@ -157,11 +159,16 @@ def load_timing(**changes: float) -> OperatorTiming:
         BadInput: a field is out of its range.
 
     """
+    return OperatorTiming(**(_values() | changes))
+
+
+@cache
+def _values() -> dict[str, Any]:
     text = resources.files("teleop_sim.operators").joinpath("timing.toml").read_text(encoding="utf-8")
-    values = {name: entry["value"] for name, entry in tomllib.loads(text).items()}
-    return OperatorTiming(**(values | changes))
+    return {name: entry["value"] for name, entry in tomllib.loads(text).items()}
 
 
+@lru_cache(maxsize=4096)
 def words_in(text: str) -> int:
     """Words a person reads in a line: runs of letters or digits; underscores, slashes and signs separate.
 
