@@ -145,12 +145,18 @@ class Template:
     @property
     def has_face(self) -> bool:
         """Whether part of it could be taken for a wall."""
-        return any(isinstance(s, Box) and sum(h > FACE_M for h in s.half) >= 2 for s in self.shapes)
+        return any(_is_face(s) for s in self.shapes)
 
     @property
     def middle_m(self) -> Triple:
         """Middle of the solids' bounds [m]."""
         low, high = bounds(self.shapes)
+        return _triple(0.5 * (low + high))
+
+    @property
+    def handle_m(self) -> Triple:
+        """Middle of the bounds of what stands off its faces, if anything does [m]."""
+        low, high = bounds(tuple(s for s in self.shapes if not _is_face(s)) or self.shapes)
         return _triple(0.5 * (low + high))
 
     def signed(self, points: Floats) -> tuple[Floats, Floats]:
@@ -182,6 +188,10 @@ def box_inertia(mass_kg: float, low_m: Triple, high_m: Triple) -> Triple:
     """Principal moments of a box of even density about its middle [kg m^2]: m (b^2 + c^2) / 12."""
     a, b, c = ((high - low) ** 2 for low, high in zip(low_m, high_m, strict=True))
     return (mass_kg * (b + c) / 12.0, mass_kg * (a + c) / 12.0, mass_kg * (a + b) / 12.0)
+
+
+def _is_face(shape: Shape) -> bool:
+    return isinstance(shape, Box) and sum(h > FACE_M for h in shape.half) >= 2
 
 
 def _triple(vector: Floats) -> Triple:
