@@ -70,11 +70,12 @@ class Person(Worker):
 
     def notice(self, message: Message) -> None:
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
-        self._close()
-        for asked in self.belief.mirror.asked:
-            if asked.request not in self._asked:
-                self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
-        self._weigh()
+        if self.belief.mirror.asked or self._asked or self._orders or self.talks:
+            self._close()
+            for asked in self.belief.mirror.asked:
+                if asked.request not in self._asked:
+                    self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
+            self._weigh()
         wanted: Role = "supervisor" if isinstance(message, LogLine) else "immersed"
         if isinstance(message, LogLine | Image) and wanted in self.roles:
             self._unread.append(message)

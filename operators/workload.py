@@ -63,18 +63,21 @@ class Load:
     """One person's utilisation in the moving window of a curve; before the run nobody was busy."""
 
     def __init__(self, curve: Curve) -> None:
-        self._curve, self._acts = curve, deque[tuple[float, float]]()
+        self._curve, self._acts, self._busy_s = curve, deque[tuple[float, float]](), 0.0
 
     def note(self, start_s: float, end_s: float) -> None:
         """Busy from then to then; acts come in order and do not overlap."""
         self._acts.append((start_s, end_s))
+        self._busy_s += end_s - start_s
 
     def utilisation(self, now_s: float) -> float:
         """Busy share of the window that ends now."""
         since_s = now_s - self._curve.window_s
         while self._acts and self._acts[0][1] <= since_s:
-            self._acts.popleft()
-        return sum(end_s - max(start_s, since_s) for start_s, end_s in self._acts) / self._curve.window_s
+            start_s, end_s = self._acts.popleft()
+            self._busy_s -= end_s - start_s
+        before_s = max(0.0, since_s - self._acts[0][0]) if self._acts else 0.0
+        return max(0.0, self._busy_s - before_s) / self._curve.window_s
 
     def slowing(self, now_s: float) -> float:
         """Factor on times."""
