@@ -46,7 +46,8 @@ SLIDES_M: Final = ((0.0, 0.0), (0.08, 0.0), (-0.08, 0.0), (0.0, 0.08), (0.0, -0.
 PLANE_TRIES: Final = 200
 PLANE_SHARE: Final = 0.33  # of the points: a plane with more is a wall
 WALL_QUANTILE: Final = 0.9  # of the distances of a wall's points from their middle
-WALL_REACH: Final = 0.6  # of the thing's diagonal is less than that: half of it, and some error
+WALL_REACH: Final = 0.5  # of the thing's diagonal is less than that
+LEFT_SHARE: Final = 0.05  # of the points at least are before it
 PLANE_BASE_M: Final = 0.03
 PLANE_VOXELS: Final = 0.5
 OFF_SHARE: Final = 0.5  # of all weight for what stands off the face
@@ -112,8 +113,8 @@ class Fit:
 def prepared(template: Template, points_m: Floats, voxel_m: float, rng: np.random.Generator) -> Prepared:
     """Points (n, 3) without a wall behind the thing, or, of a thing with a face, with what stands off it made to count.
 
-    A wall is a plane that a third of the points or more lie in, and that reaches farther than the thing could: it would
-    pull the fit onto itself. (A wheel is a plane too.)
+    A wall is a plane that a third of the points or more lie in, that reaches farther than the thing could, and that is
+    not all there is: it would pull the fit onto itself. (A wheel is a plane too.)
     """
     everything = Prepared(points_m, np.ones(len(points_m)), np.zeros(len(points_m), dtype=bool), voxel_m)
     if len(points_m) < LEAST_POINTS:
@@ -127,7 +128,7 @@ def prepared(template: Template, points_m: Floats, voxel_m: float, rng: np.rando
 
 
 def _is_wall(template: Template, points_m: Floats, on: npt.NDArray[np.bool_]) -> bool:
-    if float(on.mean()) < PLANE_SHARE:
+    if float(on.mean()) < PLANE_SHARE or float((~on).mean()) < LEFT_SHARE:
         return False
     from_middle = np.linalg.norm(points_m[on] - np.median(points_m[on], axis=0), axis=1)
     low, high = bounds(template.shapes)
