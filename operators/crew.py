@@ -7,6 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import simpy
 
+from teleop_sim.channel.messages import TemplateHash, TemplateState, encode_message
+from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.core.records import Emit
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.acts import Briefing, Process, Send
@@ -33,7 +35,7 @@ class Crew:
         briefing: what they were told about the link.
         policy: what they have agreed on; default ``Supervise``.
         team: how many they are, 1 to 4 (``roles.TEAMS``).
-        givers: how requests for data are met.
+        givers: how requests for data are met. templates: the station's server, which its software keeps in step.
 
     Attributes:
         belief: what has arrived.
@@ -54,8 +56,9 @@ class Crew:
         team: int = 1,
         human: Human | None = None,
         givers: Mapping[str, Giver] | None = None,
+        templates: StationTemplates | None = None,
     ) -> None:
-        self._env, self.belief = env, Belief(mirror)
+        self._env, self.belief, self._send, self._templates = env, Belief(mirror), send, templates
         key = tuple(int(k) for k in rng.integers(2**32, size=4))
         self._station = Station(env, mirror, send, briefing.heartbeat_s + briefing.round_trip_s)
         desk = Desk(self.belief, send, briefing, policy or Supervise(), givers or {})
@@ -68,6 +71,10 @@ class Crew:
     def receive(self, payload: bytes) -> None:
         """Take what the downlink delivered. All displays change at once; the rest waits for attention."""
         message = self._station.receive(payload)
+        if self._templates is not None and isinstance(message, TemplateState | TemplateHash):
+            reply = self._templates.receive(message, float(self._env.now))
+            if reply is not None:
+                self._send(*encode_message(reply), "templates out of step")
         self.belief.take(message, float(self._env.now))
         for person in self.people:
             person.notice(message)

@@ -27,7 +27,7 @@ class Giver(Protocol):
         ...
 
     def give(self, belief: Belief, request: Request, rng: np.random.Generator) -> tuple[Message, ...]:
-        """What is sent, the answer last; empty: nothing can be given yet."""
+        """What is sent, the answer last; empty: nothing can be given before another view has arrived."""
         ...
 
 

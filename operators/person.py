@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 from typing import cast
 
@@ -25,10 +24,10 @@ from teleop_sim.channel.messages import (
 )
 from teleop_sim.core.records import Emit
 from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe, trigger
+from teleop_sim.operators.belief import VIEWS
 from teleop_sim.operators.desk import Desk, Order
 from teleop_sim.operators.human import Human, happens, misjudged
 from teleop_sim.operators.roles import Role, role_of
-from teleop_sim.operators.speech import Talk
 from teleop_sim.operators.timing import OperatorTiming, words_in
 from teleop_sim.operators.worker import Worker
 
@@ -67,6 +66,7 @@ class Person(Worker):
         self._orders: list[Order] = []
         self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
         self._unanswered: dict[int, Unanswered] = {}
+        self._tries: dict[int, int] = {}
 
     def notice(self, message: Message) -> None:
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
@@ -76,6 +76,8 @@ class Person(Worker):
                 if asked.request not in self._asked:
                     self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
             self._weigh()
+        if type(message) in VIEWS:
+            self._try_again()
         wanted: Role = "supervisor" if isinstance(message, LogLine) else "immersed"
         if isinstance(message, LogLine | Image) and wanted in self.roles:
             self._unread.append(message)
@@ -120,6 +122,13 @@ class Person(Worker):
                 said = self.belief.question(request)
                 self._talk_of((speaker, listener), request, said, lambda: self._take(request))
         self._call(Urgency.HELP if request.kind == "manual" else Urgency.ANSWER)
+
+    def _try_again(self) -> None:
+        """What could not be given for want of a view can perhaps be given now."""
+        for number in [n for n in self._tries if n in self._asked and self._given.get(n) == ()]:
+            del self._given[number]
+            self._requests.append(self._asked[number])
+            self._call(Urgency.ANSWER)
 
     def _talk_before(self, request: Request) -> tuple[Person, Person]:
         """Who says something to whom before this person can answer; nobody to himself.
@@ -217,7 +226,9 @@ class Person(Worker):
     def _decided(self, request: Request) -> tuple[Message, ...]:
         giver = self._desk.giver(request)
         if giver is not None:
-            return giver.give(self.belief, request, self._draws(Purpose.GIVE, request.request))
+            tries = self._tries[request.request] = self._tries.get(request.request, 0) + 1
+            rng = self._draws(Purpose.GIVE, request.request, tries)
+            return giver.give(self.belief, request, rng)
         messages = self._policy.answer(self.belief, request)
         rate = self._rate(self._human.misjudge_rate)
         if rate > 0.0 and happens(rate, self._draws(Purpose.MISJUDGE, request.request)):
@@ -253,10 +264,6 @@ class Person(Worker):
             yield from self._send_all(request, (move,), rng)
             self.belief.note_move(request)
             yield from self._await_view(request)
-
-    def _talk_of(self, people: tuple[Person, Person], request: Request, text: str, then: Callable[[], None]) -> None:
-        duration_s = self._timing.talk_s(words_in(text))
-        Talk(self._env, people, text, duration_s, request.request, then).propose()
 
     def _repeat(self, late: Unanswered) -> Process:
         rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)

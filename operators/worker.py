@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 
 import numpy as np
 import simpy
@@ -13,8 +13,8 @@ from teleop_sim.operators.acts import Process, Purpose, Urgency, describe, trigg
 from teleop_sim.operators.desk import Desk
 from teleop_sim.operators.human import Human, happens, slipped
 from teleop_sim.operators.roles import Role, role_of
-from teleop_sim.operators.speech import Talk
-from teleop_sim.operators.timing import OperatorTiming
+from teleop_sim.operators.speech import Talk, Talker
+from teleop_sim.operators.timing import OperatorTiming, words_in
 from teleop_sim.operators.workload import Load
 
 NEWER = 0.9
@@ -82,6 +82,10 @@ class Worker:
         while self.belief.seen_s < asked_s + NEWER * briefing.round_trip_s and self._env.now < due_s:
             self._news = self._env.event()
             yield self._news | self._env.timeout(due_s - self._env.now)
+
+    def _talk_of(self, people: tuple[Talker, Talker], request: Request, text: str, then: Callable[[], None]) -> None:
+        duration_s = self._timing.talk_s(words_in(text))
+        Talk(self._env, people, text, duration_s, request.request, then).propose()
 
     def _talk(self, talk: Talk) -> Process:
         """Attend to a talk until it is over, or something urgent calls; waiting for the other one is no work."""

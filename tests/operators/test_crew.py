@@ -18,10 +18,13 @@ from teleop_sim.channel.messages import (
     Preempt,
     Request,
     SyncState,
+    TemplateHash,
+    TemplateSync,
     decode_payload,
     encode_image,
     encode_message,
 )
+from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.core.records import OperatorActed, Record
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.library import MACHINES
@@ -30,6 +33,7 @@ from teleop_sim.machines.net import Configuration
 from teleop_sim.machines.sync import Asked, Snapshot
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.crew import Crew
+from teleop_sim.operators.desk import Giver
 from teleop_sim.operators.human import Human
 from teleop_sim.operators.policies import Policy, Supervise
 from teleop_sim.operators.roles import ROLES, TEAMS, role_of
@@ -63,15 +67,17 @@ class Room:
     human: Human = field(default_factory=Human)
     machine: Machine = DOOR
     briefing: Briefing = CALM
+    giver: Giver = field(default_factory=Fixed)
+    templates: StationTemplates | None = None
     env: simpy.Environment = field(default_factory=simpy.Environment)
     sent: list[tuple[float, Message]] = field(default_factory=list)
     records: list[OperatorActed] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         rng, mirror = np.random.default_rng(1), Mirror(self.machine, 2)
-        givers = {"SELECTED_OBJECT_ID": Fixed()}
+        more = {"SELECTED_OBJECT_ID": self.giver}, self.templates
         told, crew = self.briefing, (self.policy, self.team, self.human)
-        self.crew = Crew(self.env, mirror, self._send, EXACT, rng, self._note, told, *crew, givers)
+        self.crew = Crew(self.env, mirror, self._send, EXACT, rng, self._note, told, *crew, *more)
         self.env.process(self.crew.run())
 
     def _note(self, record: Record) -> None:
@@ -269,3 +275,31 @@ def test_help_of_every_machine_is_something_it_understands(name):
             assert machine.has_edge(waiting, text)
         case other:
             assert other == Preempt()
+
+
+class Seeing(Fixed):
+    """Gives nothing before a picture has come."""
+
+    def give(self, belief, request, rng) -> tuple[Message, ...]:
+        return super().give(belief, request, rng) if belief.views else ()
+
+
+def test_what_cannot_be_given_yet_is_given_when_a_view_has_come():
+    room = Room(giver=Seeing())
+    room.asks(0.0, (1, "data", INPUT, ""))
+    room.env.run(100.0)
+    assert room.sent == []
+    room.at(10.0, encode_image(np.zeros((8, 16), np.uint8), 16, 8, 50))
+    room.env.run(1000.0)
+    # The work begins anew; nothing else is in the way but looking at the picture, which comes after.
+    assert room.sent[0][0] == pytest.approx(110.0 + 0.55 + 5 * 0.26 + 60.0 + EXACT.command_s())
+    assert room.sent[0][1] == Answer(1, b"\x07")
+
+
+def test_the_stations_software_keeps_the_templates_in_step():
+    room = Room(templates=StationTemplates(4.0))
+    room.at(1.0, TemplateHash(room.crew.belief.machine.checksum))
+    room.env.run(10.0)
+    ((sent_s, message),) = room.sent
+    assert sent_s == 1.0
+    assert isinstance(message, TemplateSync)
