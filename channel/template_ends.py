@@ -3,7 +3,7 @@
 The control station tells its changes at once. It compares the field site's heartbeat with its own hash; when they
 differ, and nothing of its own can still be under way, it sends all that it holds and gets all that the field site then
 holds. So after a link that lost, doubled or reordered anything has returned, both hold the same within one heartbeat
-and two round trips (``tests/templates/test_template_link.py``).
+and two and a half round trips (``tests/templates/test_template_link.py``).
 """
 
 from __future__ import annotations

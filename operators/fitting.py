@@ -39,7 +39,8 @@ LEAST_POINTS: Final = 20
 COARSE_POINTS: Final = 300
 FINE_POINTS: Final = 1500
 LONGEST_STEP: Final = 0.1  # of one round [m or rad]
-DONE_STEP: Final = 1e-6  # [m or rad]: the round after it is good to its square
+DONE_STEP: Final = 1e-6  # [m or rad]
+DONE_VOXELS: Final = 0.005
 DAMPING: Final = 1e-4  # of the diagonal
 STIFFNESS: Final = 1e-9  # of each point, for what the points say nothing of
 SLIDES_M: Final = ((0.0, 0.0), (0.08, 0.0), (-0.08, 0.0), (0.0, 0.08), (0.0, -0.08))  # along a face, which hides it
@@ -204,7 +205,7 @@ def _distance(template: Template, points: Floats, pose: Pose) -> Floats:
 def _descend(template: Template, cloud: Prepared, pose: Pose, scale_m: float, rounds: int) -> Pose:
     """Gauss-Newton rounds at one scale. The pose turns about the template's middle, which keeps the axes apart."""
     middle = np.array(template.middle_m)
-    matrix, pivot = pose.matrix, pose.place(middle)
+    matrix, pivot, done = pose.matrix, pose.place(middle), max(DONE_STEP, DONE_VOXELS * cloud.voxel_m)
     for _ in range(rounds):
         off = cloud.points - pivot
         error, way = template.signed(off @ matrix + middle)
@@ -215,7 +216,7 @@ def _descend(template: Template, cloud: Prepared, pose: Pose, scale_m: float, ro
         square += np.diag(DAMPING * np.diag(square) + STIFFNESS * len(cloud))
         step = np.clip(-np.linalg.solve(square, slope.T @ (weight * error)), -LONGEST_STEP, LONGEST_STEP)
         matrix, pivot = rotation(step[:3]) @ matrix, pivot + step[3:]
-        if float(np.abs(step).max()) < DONE_STEP:
+        if float(np.abs(step).max()) < done:
             break
     return pose_of(pivot - matrix @ middle, matrix)
 
