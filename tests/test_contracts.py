@@ -17,6 +17,7 @@ import teleop_sim.channel
 from teleop_sim.channel.message import MESSAGES, Counts, Message, Number, Sized
 from teleop_sim.channel.messages import Request, decode_message, encode_message
 from teleop_sim.channel.picture_messages import Picture
+from teleop_sim.channel.template_messages import Entries, Placed
 from teleop_sim.core.streams import stream
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
@@ -141,7 +142,7 @@ def test_every_command_has_a_skill_and_every_skill_a_command():
 def test_every_message_class_is_registered_under_its_own_topic():
     for module in pkgutil.iter_modules(teleop_sim.channel.__path__, "teleop_sim.channel."):
         __import__(module.name)
-    bases = (Message, Counts, Number, Picture, Sized)
+    bases = (Message, Counts, Number, Picture, Sized, Placed, Entries)
     declared = {kind for base in bases for kind in base.__subclasses__()} - {*bases}
     # A second class under one topic would push the first one out.
     assert {c for c in declared if c.__module__.startswith("teleop_sim.")} == set(MESSAGES.values())
