@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 from drc_trials import SIDE, TOOL, Runner, Trial, believed, stand_error, study
@@ -24,6 +25,7 @@ from teleop_sim.world.door import LEVER_HEIGHT_M, Door, opened_rad
 TURN_RAD = math.radians(55.0)
 PUSH_RAD = {"atlas": math.radians(25.0), "thormang3": math.radians(20.0)}
 """As far as the arm reaches from where the robot stands (``teleop_sim.robot.drc_plans``)."""
+FIRM: dict[str, Any] = {"rigid": True, "give_way_n": 15.0}
 WANTED_RAD, LATCHED_RAD = math.radians(12.0), math.radians(3.0)
 
 
@@ -52,17 +54,17 @@ def tried(robot: str, error_m: float, seed: int, say: bool = False) -> Trial:
     why, pushed = "", 0.0
     told = run.do(Take(SIDE, lever_handle(at))).outcome
     if told == "taken":
-        turn = run.do(Act(SIDE, lever_turn(at), TURN_RAD, TOOL, rigid=True))
+        turn = run.do(Act(SIDE, lever_turn(at), TURN_RAD, TOOL, **FIRM))
         told, felt = turn.outcome, turn.data.amount if turn.data else 0.0
         if told in ("reached", "force_limit"):
             wanted = PUSH_RAD[robot]
-            push = run.do(Act(SIDE, door_swing(at), wanted, TOOL, rigid=True))
+            push = run.do(Act(SIDE, door_swing(at), wanted, TOOL, **FIRM))
             if push.outcome == "no_plan" and push.data is not None:
-                push = run.do(Act(SIDE, door_swing(at), 0.95 * push.data.reach, TOOL, rigid=True))
+                push = run.do(Act(SIDE, door_swing(at), 0.95 * push.data.reach, TOOL, **FIRM))
             told, swung = push.outcome, push.data.amount if push.data else 0.0
             pushed = opened_rad(run.body.plant)
             if told != "fell":
-                run.do(Act(SIDE, lever_turn(opened(at, max(swung, 0.0))), -felt, TOOL, rigid=True))
+                run.do(Act(SIDE, lever_turn(opened(at, max(swung, 0.0))), -felt, TOOL, **FIRM))
         if told != "fell":
             run.do(LetGo(SIDE))
     if say:
@@ -79,7 +81,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=["atlas", "thormang3"])
     parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--first", type=int, default=100)
+    parser.add_argument("--first", type=int, default=200)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
     parser.add_argument("--say", action="store_true")
     told = parser.parse_args()

@@ -258,6 +258,11 @@ class Body:
         """How far the divergent component of motion is from its reference, as the law last saw it."""
         return math.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1])
 
+    @property
+    def rotation_damping(self) -> float:
+        """The law's gain from the pelvis' rate of rotation to its acceleration [1/s]."""
+        return self._gains.rotation_damping
+
     def hand_force(self, side: Side) -> float:
         """Sum of the touch sensors on what closes in the hand [N]."""
         return float(sum(reading[0] for reading in self._jaw_touch[side]))

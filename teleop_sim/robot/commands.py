@@ -172,7 +172,9 @@ class Act:
 
     ``usability``: a frame of the held thing that takes the hand's place; without one the thing in the hand guides it,
     and the hand gives way sideways. ``rigid``: the hand turns with the thing, also about its own approach axis, as one
-    round a bar must. ``force_limit_n``: of the wrist's force beyond the weight of what it carries.
+    round a bar must. ``give_way_n``: sideways force beyond which even a tool gives way, as one whose path is not quite
+    known must; without it a tool keeps to its path. ``braced``: the body keeps its heading against the moment of the
+    hand's force. ``force_limit_n``: of the wrist's force beyond the weight of what it carries.
     Ends ``reached``, ``force_limit``, ``no_motion``, ``grip_lost``, ``timed_out`` or ``no_plan``.
     """
 
@@ -183,6 +185,8 @@ class Act:
     force_limit_n: float = 80.0
     time_limit_s: float = 120.0
     rigid: bool = False
+    give_way_n: float | None = None
+    braced: bool = False
 
 
 @dataclass(frozen=True)

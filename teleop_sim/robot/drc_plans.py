@@ -26,8 +26,8 @@ DEEPER_M = 0.010
 LEAD_RAD = math.radians(40.0)
 """The rod enters so far behind the spoke that it will push: a little ahead of the gap's middle, for a shorter way until
 it touches (assumed)."""
-SINK_M = 0.0
-"""The tool's middle in the wheel's plane: bars reach 3 cm past it."""
+SINK_M = 0.015
+"""The tool's middle behind the wheel's plane: bars reach 4 cm past it, the flange stays 5 cm before it (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class DrcStand:
 DRC_STANDS: Mapping[str, DrcStand] = MappingProxyType(
     {
         "atlas": DrcStand((0.66, 0.28), (0.80, 0.30), 0.115),
-        "thormang3": DrcStand((0.45, 0.25), (0.44, 0.22), 0.130),
+        "thormang3": DrcStand((0.45, 0.25), (0.46, 0.22), 0.130, math.radians(60.0)),
     }
 )
 """For the left hand, with lever and wheel 40 inches over the floor: found by asking the inverse kinematics."""

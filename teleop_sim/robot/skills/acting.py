@@ -57,6 +57,9 @@ LEARN_M_S = 0.03
 """How fast the reference follows what is learned of the axis (assumed: less than the hand's own speed)."""
 STILL_S, STILL_M = 4.0, 0.003
 """A thing that goes less far in that time does not move (assumed: the push grows by 160 N in it)."""
+TWIST_RAD_S2 = 2.5
+"""The most that is asked: soles can twist the body by 4 to 6 rad/s^2 at friction 0.4 (``teleop_sim.robot.law``), and at
+twice as much THORMANG3 slid and fell at valves of 3 to 5 N m (measured)."""
 EASE_S = 1.0
 """For the start's posture to become the table's (assumed: as cranking's)."""
 
@@ -121,6 +124,7 @@ class Actor:
         self.weight_n = hand_weight_n(arm) + (command.usability.mass_kg * GRAVITY_M_S2 if command.usability else 0.0)
         self.offset = arm.body.posture - self._row(0.0)[0]
         self.row = arm.body.stand
+        self.spin_kg_m2 = spin_inertia(arm)
         self.now = Moving()
         self.axis = axis_fit(way.affordance, way.start)
 
@@ -229,15 +233,21 @@ class Actor:
         now, along = self.now, self._direction()
         self._bend(tick_s)
         if self.command.usability is None:
-            force = now.force - (now.force @ along) * along
-            size_n = float(np.linalg.norm(force))
-            rate = -YIELD_M_NS * force * max(0.0, 1.0 - YIELD_FROM_N / max(size_n, 1e-9))
+            rate = self._yielding(along, YIELD_FROM_N)
             # What was sideways a quarter of a turn ago is along the path now, and would hold the hand back.
             rate = rate - (now.aside @ along) / FORGET_S * along
         else:
             rate = -KEEP_1_S * now.deviation
+            if self.command.give_way_n is not None:
+                rate = rate + self._yielding(along, self.command.give_way_n)
         now.aside = now.aside + tick_s * rate
         now.aside *= min(1.0, ASIDE_M / max(float(np.linalg.norm(now.aside)), 1e-9))
+
+    def _yielding(self, along: np.ndarray, from_n: float) -> np.ndarray:
+        """Velocity (3,) with which the hand gives way to what pushes it sideways with more than ``from_n``."""
+        force = self.now.force - (self.now.force @ along) * along
+        size_n = float(np.linalg.norm(force))
+        return np.asarray(-YIELD_M_NS * force * max(0.0, 1.0 - from_n / max(size_n, 1e-9)))
 
     def _row(self, place_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Posture, its change a metre, torques of 1 N and joint changes of 1 m, at a place of the path."""
@@ -258,6 +268,8 @@ class Actor:
             posture = posture + ease * self.offset
         stance = self.row.copy()
         stance[law.ZMP : law.ZMP + 2] += self._lean()
+        if self.command.braced:
+            stance[law.YAW_RATE] += self._twist()
         return Tick(posture, slope * now.velocity_m_s, now.push_n * (self._direction() @ push), self.jaws, stance)
 
     def _sway(self, posture: np.ndarray) -> None:
@@ -279,6 +291,18 @@ class Actor:
         weight_n = self.arm.kinematics.mass_kg * GRAVITY_M_S2
         return np.asarray(-(height_m * force[:2] - (place[:2] - com) * force[2]) / weight_n)
 
+    def _twist(self) -> float:
+        """Rate of heading [rad/s] to ask for, so that the hand's push does not turn the body.
+
+        The law makes of it an acceleration, ``rotation_damping`` times the rate; the push's moment about the centre of
+        mass needs (r - c) x F / I. Without it a light robot gives way: its pull back to its heading is limited. Of the
+        felt force nothing is fed back: a hand that holds something fixed would push the harder, and topple the robot.
+        """
+        force, body = self.now.push_n * self._direction(), self.arm.body
+        x, y = self.arm.tool()[:2] - body.stand[law.XI : law.XI + 2]
+        turning = float(x * force[1] - y * force[0]) / self.spin_kg_m2
+        return clamp(turning, -TWIST_RAD_S2, TWIST_RAD_S2) / body.rotation_damping
+
 
 def hand_weight_n(arm: Arm) -> float:
     """What the wrist carries: everything beyond the arm's last joint, and the hand's jaws."""
@@ -286,6 +310,14 @@ def hand_weight_n(arm: Arm) -> float:
     data = kinematics.model.createData()
     pin.computeSubtreeMasses(kinematics.model, data)
     return float(data.mass[kinematics.carriers[palm_of(arm)]]) * GRAVITY_M_S2
+
+
+def spin_inertia(arm: Arm) -> float:
+    """Of the whole robot as it stands, about the vertical through its centre of mass [kg m^2]."""
+    kinematics = arm.kinematics
+    data = kinematics.model.createData()
+    pin.ccrba(kinematics.model, data, arm.measured(), np.zeros(kinematics.model.nv))
+    return float(data.Ig.inertia[2, 2])
 
 
 def palm_of(arm: Arm) -> str:
