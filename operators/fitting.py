@@ -48,7 +48,6 @@ PLANE_TRIES: Final = 200
 PLANE_SHARE: Final = 0.33  # of the points: a plane with more is a wall
 WALL_QUANTILE: Final = 0.9  # of the distances of a wall's points from their middle
 WALL_REACH: Final = 0.5  # of the thing's diagonal is less than that
-LEFT_SHARE: Final = 0.05  # of the points at least are before it
 PLANE_BASE_M: Final = 0.03
 PLANE_VOXELS: Final = 0.5
 OFF_SHARE: Final = 0.5  # of all weight for what stands off the face
@@ -129,7 +128,7 @@ def prepared(template: Template, points_m: Floats, voxel_m: float, rng: np.rando
 
 
 def _is_wall(template: Template, points_m: Floats, on: npt.NDArray[np.bool_]) -> bool:
-    if float(on.mean()) < PLANE_SHARE or float((~on).mean()) < LEFT_SHARE:
+    if float(on.mean()) < PLANE_SHARE or int((~on).sum()) < LEAST_POINTS:
         return False
     from_middle = np.linalg.norm(points_m[on] - np.median(points_m[on], axis=0), axis=1)
     low, high = bounds(template.shapes)

@@ -224,3 +224,15 @@ def test_disturbing_turns_about_the_middle():
     moved = disturbed(template, TRUTH, np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, 0.3]))
     assert moved.place(middle) == pytest.approx(TRUTH.place(middle) + np.array([0.1, 0.0, 0.0]))
     assert moved.matrix == pytest.approx(rotation((0.0, 0.0, 0.3)) @ TRUTH.matrix)
+
+
+def test_a_valve_is_found_before_a_wall_that_fills_the_cloud():
+    template, rng = library().named("DRC_valve"), np.random.default_rng(6)
+    truth = Pose((1.5, 0.0, 1.1))
+    # One point in thirty is the wheel's.
+    far = np.stack([np.full(29000, 0.3), *rng.uniform(-0.6, 0.6, (2, 29000))], axis=1)
+    points = truth.place(np.concatenate([on_surface(template, 1000, rng), far]))
+    cloud = VoxelCloud.decode(encode_voxels(points, 0.01).encode())
+    aligned = align(template, cloud, EYE_M, rng)
+    # Two voxels of what a person leaves.
+    assert gap(aligned.pose, truth)[0] < 0.02
