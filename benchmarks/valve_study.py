@@ -107,7 +107,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=["atlas", "thormang3"])
     parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--first", type=int, default=200)
+    parser.add_argument("--first", type=int, default=300)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
     parser.add_argument("--friction", nargs=2, type=float, default=[2.0, 5.0], help="N m")
     parser.add_argument("--say", action="store_true")

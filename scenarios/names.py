@@ -17,8 +17,8 @@ ROBOTS: Mapping[str, str] = {
 
 HANDS: Mapping[str, str] = {
     "cage": "one jaw of bars a hand, as every robot has by default",
-    "fingers": "the robot's own fingers, of Valkyrie and Atlas",
     "claw": "a cage that closes to 12 mm: round a lever, or shut as a rod",
+    "fingers": "the robot's own fingers, of Valkyrie and Atlas",
     "pads": "two flat pads a hand",
 }
 

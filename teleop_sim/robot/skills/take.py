@@ -29,7 +29,7 @@ from teleop_sim.robot.skills.manipulate import (
     rest_posture,
 )
 from teleop_sim.robot.skills.servoing import Led, line, stay
-from teleop_sim.robot.ways import drawn_back, free_way
+from teleop_sim.robot.ways import Way, drawn_back, free_way
 
 APPROACH_S, SHUT_S = 2.0, 0.6
 BACK_M = 0.10
@@ -69,11 +69,7 @@ def take(body: Body, command: Take, rng: np.random.Generator) -> Motion:
     why = _refusal(entry)
     if why:
         return Done("no_plan", why)
-    now, stance = plan_stance(arm)
-    rest = rest_posture(arm, stance)
-    back = partial(drawn_back, entry.solver, entry.path[0])
-    start = entry.solver.settle(now)
-    way = free_way(_obstacles(arm, handle, start), start, entry.path[0], rest, back)
+    way = _way_there(arm, handle, entry)
     if way.touches is not None:
         return Done("no_plan", "no way there: {} would touch {}".format(*way.touches))
     yield from move_jaws(arm, JAW_SHUT if command.shut else JAW_OPEN, SHUT_S)
@@ -144,6 +140,21 @@ def _close(led: Led) -> Ticks:
         led.feel_wrist()
         yield Tick(led.yielding(), jaws=tick.jaws)
     yield from stay(led, 0.4)
+
+
+def _way_there(arm: Arm, handle: Handle, entry: Entry) -> Way:
+    """The way to where the hand goes in: as free ways go, else with the hand drawn back from where it is now first."""
+    now, stance = plan_stance(arm)
+    rest, start, goal = rest_posture(arm, stance), entry.solver.settle(now), entry.path[0]
+    minded = _obstacles(arm, handle, start)
+    way = free_way(minded, start, goal, rest, partial(drawn_back, entry.solver, goal))
+    if way.touches is None:
+        return way
+    for first in drawn_back(entry.solver, start):
+        onward = free_way(minded, first, goal, rest, partial(drawn_back, entry.solver, goal))
+        if onward.touches is None and minded.along([start, first], 0.0) is None:
+            return Way(np.vstack([first, onward.q]), None)
+    return way
 
 
 def _obstacles(arm: Arm, handle: Handle, start: np.ndarray) -> Collisions:
