@@ -23,7 +23,7 @@ from teleop_sim.robot.drc_plans import door_swing, drc_stand, lever_handle, leve
 from teleop_sim.world.door import LEVER_HEIGHT_M, Door, opened_rad
 
 TURN_RAD = math.radians(55.0)
-PUSH_RAD = {"atlas": math.radians(25.0), "thormang3": math.radians(20.0)}
+PUSH_RAD = {"atlas": math.radians(20.0), "thormang3": math.radians(16.0)}
 """As far as the arm reaches from where the robot stands (``teleop_sim.robot.drc_plans``)."""
 FIRM: dict[str, Any] = {"rigid": True, "give_way_n": 15.0}
 WANTED_RAD, LATCHED_RAD = math.radians(12.0), math.radians(3.0)
@@ -81,7 +81,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=["atlas", "thormang3"])
     parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--first", type=int, default=300)
+    parser.add_argument("--first", type=int, default=400)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
     parser.add_argument("--say", action="store_true")
     told = parser.parse_args()

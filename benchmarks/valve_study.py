@@ -25,7 +25,8 @@ from teleop_sim.robot.drc_plans import DrcStand, Template, drc_stand, gap_handle
 from teleop_sim.robot.episode import Episode
 from teleop_sim.world.valve import HEIGHT_M, RADIUS_M, SPOKES, Valve, turned_rad
 
-WANTED_RAD = math.radians(345.0)
+WANTED_RAD, ASKED_RAD = math.radians(345.0), math.radians(370.0)
+"""Asked for is what the published templates' affordance has (team-vigir/vigir_templates @8fc2e9b, ``DRC_valve``)."""
 GRIPS, GAPS = 3, 3
 LEAST_RAD, SEEK_RAD = math.radians(10.0), 0.5
 """What is left undone at the end; as far as a rod goes in its gap before it touches."""
@@ -51,7 +52,7 @@ def valve_of(robot: str, friction_nm: tuple[float, float], rng: np.random.Genera
 
 def turn(run: Runner, at: Template, spoke_rad: float, stand: DrcStand, limit_n: float) -> str:
     """Take, turn as far as the arm goes, let go, and again until it has gone all the way. Return what ended it."""
-    left, told = math.tau, ""
+    left, told = ASKED_RAD, ""
     for _ in range(GRIPS):
         told = enter(run, at, spoke_rad, stand)
         if told != "taken":
@@ -107,7 +108,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots", nargs="+", default=["atlas", "thormang3"])
     parser.add_argument("--trials", type=int, default=20)
-    parser.add_argument("--first", type=int, default=300)
+    parser.add_argument("--first", type=int, default=400)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
     parser.add_argument("--friction", nargs=2, type=float, default=[2.0, 5.0], help="N m")
     parser.add_argument("--say", action="store_true")
