@@ -41,7 +41,10 @@ from teleop_sim.channel.down_messages import (
 )
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
 from teleop_sim.channel.picture_messages import (
+    MARK_NAMES,
     Image,
+    Marks,
+    PixelMark,
     VoxelCloud,
     WebpImage,
     encode_image,
@@ -73,6 +76,7 @@ __all__ = [
     "HANDLES",
     "JOINT_GROUPS",
     "LEVEL_MAX",
+    "MARK_NAMES",
     "MESSAGES",
     "MODES",
     "REQUEST_KINDS",
@@ -97,12 +101,14 @@ __all__ = [
     "Lock",
     "LockedIs",
     "LogLine",
+    "Marks",
     "Message",
     "MirrorUpdate",
     "ModeIs",
     "Modify",
     "Pause",
     "PausedIs",
+    "PixelMark",
     "Preempt",
     "Reject",
     "Request",

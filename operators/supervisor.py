@@ -6,6 +6,7 @@ request has random draws of its own, keyed by its number, and everything else gi
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
@@ -26,12 +27,13 @@ from teleop_sim.channel.messages import (
     RequestKind,
     encode_message,
 )
-from teleop_sim.core.records import Emit, OperatorActed
+from teleop_sim.core.records import Emit, Judged, OperatorActed
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.policies import Policy, Supervise
 from teleop_sim.operators.station import Station
 from teleop_sim.operators.timing import OperatorTiming, words_in
+from teleop_sim.operators.verification import CRITERION, Judgement, judge
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, object, None]
@@ -70,6 +72,7 @@ class Purpose(IntEnum):
     ANSWER = 1
     REPEAT = 2
     READ = 3
+    JUDGE = 4
 
 
 class Supervisor:
@@ -86,9 +89,10 @@ class Supervisor:
         briefing: Briefing,
         policy: Policy | None = None,
         role: str = "supervisor",
+        criterion: float = CRITERION,
     ) -> None:
         self._env, self._send, self._timing, self._emit = env, send, timing, emit
-        self._briefing, self._role = briefing, role
+        self._briefing, self._role, self._criterion = briefing, role, criterion
         self._policy: Policy = policy or Supervise()
         self._key = tuple(int(k) for k in rng.integers(2**32, size=4))
         self._reading_rng = self._draws(Purpose.READ)
@@ -176,20 +180,37 @@ class Supervisor:
         question = self.belief.question(request)
         words = words_in(question)
         mean_s = self._timing.judge_s(words) if request.kind == "confirm" else self._timing.plan_s(words)
+        compares = self._policy.verifies and self.belief.shown(request) is not None
+        mean_s += self._timing.read_image_s() if compares else 0.0
         start_s = self._env.now
         yield self._env.timeout(self._timing.sample_s(mean_s, rng))
         self._record(start_s, "decide", request.request, question)
         messages: tuple[Message, ...] = ()
         if request.request in self._asked:
+            if self._policy.verifies and request.edge >= 0:
+                self._compare(request)
             messages = self._given[request.request] = self._policy.answer(self.belief, request)
         if request.kind == "manual" and messages:
             self.belief.note_help()
+        if any(isinstance(message, Reject) for message in messages):
+            self.belief.note_refusal(request)
         for message in messages:
             start_s = self._env.now
             yield self._env.timeout(self._timing.sample_s(self._sending_s(message), rng))
             self._submit(start_s, request, message, "")
         self._serving = 0
         self._weigh()
+
+    def _compare(self, request: Request) -> None:
+        """Lay the marks of a claim over its picture, both as they arrived, and judge."""
+        shown = self.belief.shown(request)
+        if shown is None:
+            return
+        (image, marks), rng = shown, self._draws(Purpose.JUDGE, request.request)
+        judgement = judge(image.pixels(), marks.places, self._criterion, rng)
+        self.belief.note_judgement(request, judgement)
+        event = self.belief.machine.table[request.edge].event
+        self._emit(judged_record(float(self._env.now), request.request, event, marks.picture, judgement))
 
     def _repeat(self, late: Unanswered) -> Process:
         rng = self._draws(Purpose.REPEAT, late.request.request, late.repeats)
@@ -252,6 +273,17 @@ def describe(message: Message, question: str) -> str:
             return text
         case _:
             return str(message)
+
+
+def judged_record(now_s: float, request: int, event: str, picture: int, judgement: Judgement | None) -> Judged:
+    """What was made of a claim; None: the picture does not show it."""
+    if judgement is None:
+        return Judged(now_s, request, event, picture, "", *[math.nan] * 5, "unseen")
+    found, verdict = judgement.found, "rejected" if judgement.rejected else "accepted"
+    return Judged(
+        now_s, request, event, picture, found.what, found.offset_px, found.sigma_px, found.d_prime,
+        judgement.evidence, judgement.criterion, verdict,
+    )  # fmt: skip
 
 
 def _trigger(event: simpy.Event) -> None:

@@ -14,6 +14,7 @@ from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.operators.policies import POLICIES, Policy
 from teleop_sim.operators.timing import OperatorTiming, load_timing
+from teleop_sim.operators.verification import CRITERION
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
@@ -96,6 +97,11 @@ def operator_timing(operator: Operator) -> OperatorTiming:
 def operator_policy(operator: Operator) -> Policy:
     """How the scenario's operator decides."""
     return POLICIES[operator.policy]()
+
+
+def operator_criterion(operator: Operator) -> float:
+    """The evidence above which the scenario's operator rejects a claim."""
+    return CRITERION if operator.criterion is None else operator.criterion
 
 
 def dish_settings(world: World) -> DishSettings:

@@ -15,7 +15,7 @@ from teleop_sim.operators.policies import POLICIES
 from teleop_sim.scenarios import names
 from teleop_sim.scenarios.disturbance_schema import Disturbances
 from teleop_sim.scenarios.link_schema import Link
-from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused
+from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused, source_of
 from teleop_sim.scenarios.ranges import RANGE
 
 
@@ -48,6 +48,13 @@ class Operator(Part):
         description="A factor from 0.1 to 10 on all the operator's times, such as 0.7; 1 is the average person.",
     )
     expertise_source: str = ASSUMED
+    criterion: float | None = Field(
+        default=None,
+        ge=-10.0,
+        le=50.0,
+        description="Of policy verify: evidence, in standard deviations, above which a claim is rejected, such as 3.5.",
+    )
+    criterion_source: str | None = Field(default_factory=source_of("criterion"))
 
 
 class World(Part):

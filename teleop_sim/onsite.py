@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,8 @@ from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey
 from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.memo import Fresh, Sight
+from teleop_sim.world.description import Vector
+from teleop_sim.world.plant import HasPlaces
 from teleop_sim.world.scoring import Score
 
 SAMPLE_EVERY_TICKS = 10
@@ -81,6 +83,12 @@ class RobotOnSite:
         """What the robot sees as it stands now: ``make`` of the body and the stream ``name`` (``memo.Sight``)."""
         sight = Sight(name, make, options)
         return self._physics.look(self._body, self._now(), sight, self._seed, self._replicate, float(self._env.now))
+
+    def true_places(self) -> Mapping[str, Vector]:
+        """Where the things truly are that the robot may claim to see: for the log, never for the robot or its operator."""
+        body = self.seen()
+        scenery = body.plant.scenery
+        return scenery.places(body.plant) if isinstance(scenery, HasPlaces) else {}
 
     def pose(self) -> PlanarPose:
         """Where the middle of the feet is, by odometry."""

@@ -7,14 +7,15 @@ one control tick every 20 ms. ``ls_iterations`` must not be lowered: walks fail.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
 
 from teleop_sim.world.contact import ROBOT_GROUP
+from teleop_sim.world.description import Vector
 from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import RobotModel, add_robot
@@ -45,6 +46,14 @@ class Scenery(Protocol):
 
     def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
         """The status message that the task sends the robot; empty when there is none."""
+
+
+@runtime_checkable
+class HasPlaces(Protocol):
+    """A scenery that tells where things truly are, so that a log can say how wrong a robot's sighting was."""
+
+    def places(self, plant: Plant) -> Mapping[str, Vector]:
+        """Middles by name, odometry frame [m]."""
 
 
 @dataclass(frozen=True)
