@@ -2,7 +2,7 @@
 
 Two steps. An *ideal observer* finds, in the pixels that arrived, the place near a mark that looks most like what is
 marked: normalised correlation with its plain appearance (a wheel is a disc darker than the console around it, a knob a
-ball brighter than the wheel under it). Then a *person's* judgement by signal detection: evidence is d' plus a standard
+ball brighter than the wheel under it) and with its rim; of places that look nearly alike the nearest one. Then a *person's* judgement by signal detection: evidence is d' plus a standard
 normal, d' the offset over what an eye can tell; evidence above the person's criterion is a rejection. So the false-alarm
 rate of a claim that is exactly right is Phi(-criterion), and a hit's Phi(d' - criterion).
 
@@ -28,9 +28,9 @@ from teleop_sim.channel.messages import PixelMark
 
 Floats = npt.NDArray[np.float64]
 
-CRITERION: Final = 3.5
-"""Default of a person's criterion (assumed): two centimetres, what a grasp bears, are 4.5 px at the console, of which an
-eye tells 1.2; a claim that is exactly right is refused in 0.02 %."""
+CRITERION: Final = 6.0
+"""Default of a person's criterion (assumed): so far off that a grasp, which bears 2 cm or 4.5 px at the console, would
+surely miss; a claim that is right is refused in about one case of twelve (docs/operator.md)."""
 
 EYE_PX: Final = 1.0
 """Standard deviation with which a middle is seen off a mark on the screen (assumed: a pixel)."""
@@ -45,14 +45,21 @@ RING: Final = {"wheel": 1.35, "handle": 1.8}
 POLARITY: Final = {"wheel": -1.0, "handle": 1.0}
 """Darker or brighter than its surroundings: red and blue wheels on a grey console, grey knobs on them."""
 
-REACH: Final = {"wheel": 1.0, "handle": 5.0}
-"""How far around a mark an eye searches, in the thing's radii (assumed: a wheel's own width; across its wheel)."""
+REACH: Final = {"wheel": 2.0, "handle": 5.0}
+"""How far around a mark an eye searches, in the thing's radii (assumed: twice a wheel; across its wheel)."""
 
 REACH_PX: Final = 48.0
 """Nor farther than this, a seventh of the picture's width (assumed)."""
 
-LIKENESS: Final = 0.35
-"""Least correlation of what counts as the thing at all (assumed; docs/operator.md has what it is where it is there)."""
+LIKENESS: Final = 0.28
+"""Least correlation, mean of tone and rim, of what counts as the thing at all (assumed: 19 of 20 true ones have more,
+docs/operator.md)."""
+
+AS_GOOD: Final = 0.75
+"""A peak of so much of the best one's correlation may be the thing (assumed, as the one that finds true ones best)."""
+
+RIM_PX: Final = 1.2
+"""Half width of an edge in a picture of that resolution and quality (assumed)."""
 
 SHOWN: Final = 0.6
 """Least share of a thing that must lie inside the picture to be judged (assumed)."""
@@ -110,48 +117,91 @@ def judge(
         rng: the eye's noise.
 
     Returns:
-        The judgement by the worst mark; None if the picture shows none of what is marked.
+        The judgement by the worst thing; None if the picture shows none of what is marked.
 
     """
     noise = float(rng.standard_normal())
-    seen = tuple(found for found in (find(grey, mark) for mark in marks) if found is not None)
+    seen = tuple(found for found in (find(grey, thing) for thing in things(marks)) if found is not None)
     if not seen:
         return None
     worst = max(seen, key=lambda found: found.d_prime)
     return Judgement(worst, worst.d_prime + noise, criterion)
 
 
-def find(grey: np.ndarray, mark: PixelMark) -> Found | None:
-    """Where near a mark the thing is; None if the picture cannot show it there."""
-    kind = mark.what.rpartition("_")[2]
-    if min(mark.half_width, mark.half_height) < LEAST_PX:
+def things(marks: tuple[PixelMark, ...]) -> tuple[tuple[PixelMark, ...], ...]:
+    """What is looked for as one: two wheels belong together, each handle stands for itself."""
+    wheels = tuple(mark for mark in marks if _kind(mark) == "wheel")
+    return (*((wheels,) if wheels else ()), *((mark,) for mark in marks if _kind(mark) != "wheel"))
+
+
+def find(grey: np.ndarray, thing: tuple[PixelMark, ...]) -> Found | None:
+    """Where near its marks a thing is; None if the picture cannot show it there."""
+    kind, width = _kind(thing[0]), max(mark.half_width for mark in thing)
+    if min(min(mark.half_width, mark.half_height) for mark in thing) < LEAST_PX:
         return None
-    searched = min(REACH[kind] * mark.half_width, REACH_PX)
+    searched = min(REACH[kind] * width, REACH_PX)
     reach = math.ceil(searched)
-    half = (math.ceil(RING[kind] * mark.half_width) + 1, math.ceil(RING[kind] * mark.half_height) + 1)
-    column, row = math.floor(mark.across), math.floor(mark.down)
-    shape, weight = _look(mark, kind, half, (mark.across - column - 0.5, mark.down - row - 0.5))
-    pixels, inside = _cut(grey, column, row, (half[0] + reach, half[1] + reach))
+    column, row = (math.floor(sum(v) / len(thing)) for v in zip(*((m.across, m.down) for m in thing), strict=True))
+    look, rim, weight = _looks(thing, kind, column, row)
+    half = (look.shape[1] // 2, look.shape[0] // 2)
+    pixels, inside = _cut(_blurred(grey / 255.0), column, row, (half[0] + reach, half[1] + reach))
     if weight.sum() * SHOWN > (weight * _middle(inside, reach)).sum():
         return None
-    likeness = _correlation(pixels, inside, shape, weight)
-    place = np.unravel_index(int(np.argmax(likeness)), likeness.shape)
+    tone, edge = _correlation(pixels, inside, look, weight), _correlation(_slopes(pixels), inside, rim, weight)
+    likeness = np.where(np.minimum(tone, edge) > -1.0, (tone + edge) / 2.0, -1.0)
+    place = _nearest_peak(likeness, reach)
     best, (down, across) = float(likeness[place]), _refined(likeness, place)
-    offset = math.hypot(across - reach, down - reach)
-    bound = _bound_px(pixels, inside, shape, weight, place)
-    sigma = math.sqrt(EYE_PX**2 + (WEBER * 2.0 * mark.half_width) ** 2 + bound**2)
+    sigma = math.hypot(EYE_PX, WEBER * 2.0 * width)
+    what = thing[0].what if len(thing) == 1 else kind + "s"
     if best < LIKENESS:
-        offset, sigma = searched, math.hypot(EYE_PX, WEBER * 2.0 * mark.half_width)
-    return Found(mark.what, offset, sigma, best)
+        return Found(what, searched, sigma, best)
+    bound = _bound_px(pixels, inside, look, weight, place)
+    return Found(what, math.hypot(across - reach, down - reach), math.hypot(sigma, bound), best)
 
 
-def _look(mark: PixelMark, kind: str, half: tuple[int, int], shift: tuple[float, float]) -> tuple[Floats, Floats]:
-    """The thing's plain appearance and its weight, (2 half + 1) pixels; edges are a pixel wide."""
-    x = (np.arange(-half[0], half[0] + 1) - shift[0]) / mark.half_width
-    y = (np.arange(-half[1], half[1] + 1) - shift[1]) / mark.half_height
-    r = np.hypot(x[None, :], y[:, None])
-    share = np.clip((1.0 - r) * mark.half_width + 0.5, 0.0, 1.0)
-    return POLARITY[kind] * (2.0 * share - 1.0), (r <= RING[kind]).astype(float)
+def _kind(mark: PixelMark) -> str:
+    return mark.what.rpartition("_")[2]
+
+
+def _looks(thing: tuple[PixelMark, ...], kind: str, column: int, row: int) -> tuple[Floats, Floats, Floats]:
+    """A thing's plain appearance, its rim, and its weight around a pixel; edges are a pixel wide."""
+    ring = RING[kind]
+    half_w = max(math.ceil(abs(m.across - column) + ring * m.half_width) for m in thing) + 1
+    half_h = max(math.ceil(abs(m.down - row) + ring * m.half_height) for m in thing) + 1
+    x, y = np.arange(-half_w, half_w + 1) + column + 0.5, np.arange(-half_h, half_h + 1) + row + 0.5
+    size = (len(y), len(x))
+    look, rim, weight = np.full(size, -1.0), np.zeros(size), np.zeros(size)
+    for mark in thing:
+        r = np.hypot(((x - mark.across) / mark.half_width)[None, :], ((y - mark.down) / mark.half_height)[:, None])
+        look = np.maximum(look, 2.0 * np.clip((1.0 - r) * mark.half_width + 0.5, 0.0, 1.0) - 1.0)
+        rim = np.maximum(rim, np.exp(-0.5 * ((r - 1.0) * mark.half_width / RIM_PX) ** 2))
+        weight = np.maximum(weight, (r <= ring).astype(float))
+    return POLARITY[kind] * look, rim, weight
+
+
+def _blurred(grey: Floats) -> Floats:
+    """The picture as an eye takes it in that does not look at single pixels: binomial, [1, 2, 1] / 4 each way."""
+    padded = np.pad(grey, 1, mode="edge")
+    rows = 0.25 * padded[:-2] + 0.5 * padded[1:-1] + 0.25 * padded[2:]
+    return np.asarray(0.25 * rows[:, :-2] + 0.5 * rows[:, 1:-1] + 0.25 * rows[:, 2:])
+
+
+def _slopes(pixels: Floats) -> Floats:
+    down, across = np.gradient(pixels)
+    return np.asarray(np.hypot(down, across))
+
+
+def _nearest_peak(likeness: Floats, reach: int) -> tuple[int, int]:
+    """Of the peaks that are nearly as good as the best the one nearest to the mark: an eye begins there."""
+    best = float(likeness.max())
+    around = np.pad(likeness, 1, constant_values=-2.0)
+    size = likeness.shape
+    beside = np.max([around[i : i + size[0], j : j + size[1]] for i in range(3) for j in range(3)], axis=0)
+    rows, columns = np.nonzero((likeness >= beside) & (likeness >= AS_GOOD * best))
+    if not len(rows):
+        return (reach, reach)
+    k = int(np.argmin(np.hypot(rows - reach, columns - reach)))
+    return int(rows[k]), int(columns[k])
 
 
 def _cut(grey: np.ndarray, column: int, row: int, half: tuple[int, int]) -> tuple[Floats, Floats]:
@@ -191,7 +241,7 @@ def _correlation(pixels: Floats, inside: Floats, shape: Floats, weight: Floats) 
     return np.where(shown, (it - i * t / n) / np.sqrt(np.where(shown, spread, 1.0)), -1.0)
 
 
-def _refined(likeness: Floats, place: tuple[np.intp, ...]) -> tuple[float, float]:
+def _refined(likeness: Floats, place: tuple[int, int]) -> tuple[float, float]:
     """The peak between pixels, by a parabola along each axis."""
     at = []
     for axis, k in enumerate(place):
@@ -205,7 +255,7 @@ def _refined(likeness: Floats, place: tuple[np.intp, ...]) -> tuple[float, float
     return at[0], at[1]
 
 
-def _bound_px(pixels: Floats, inside: Floats, shape: Floats, weight: Floats, place: tuple[np.intp, ...]) -> float:
+def _bound_px(pixels: Floats, inside: Floats, shape: Floats, weight: Floats, place: tuple[int, int]) -> float:
     """Least standard deviation [px] with which the thing's place can be told: noise over slope and contrast."""
     part = (slice(int(place[0]), int(place[0]) + shape.shape[0]), slice(int(place[1]), int(place[1]) + shape.shape[1]))
     w, cut = weight * inside[part], pixels[part]

@@ -117,6 +117,7 @@ def dish_settings(world: World) -> DishSettings:
         console_jitter_m=world.console_jitter_m,
         console_jitter_rad=world.console_jitter_rad,
         clutter=world.clutter,
+        drums=(0, 0) if world.drums is None else world.drums,
     )
 
 

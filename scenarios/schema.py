@@ -100,6 +100,10 @@ class World(Part):
     console_jitter_source: str = ASSUMED
     clutter: CountRange = Field(default=(2, 6), description="[fewest, most] extra boxes on the ground, 0 to 30.")
     clutter_source: str = ASSUMED
+    drums: CountRange | None = Field(
+        default=None, description="[fewest, most] pairs of a red and a blue drum, 0 to 30, that look like the console."
+    )
+    drums_source: str | None = Field(default_factory=source_of("drums"))
 
 
 class Scenario(Part):

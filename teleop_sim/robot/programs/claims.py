@@ -32,10 +32,8 @@ def claim_of_glimpse(event: str, glimpse: ConsoleGlimpse, aim: Look, back: Look)
 
 
 def claim_of_fix(event: str, fix: ConsoleFix, doing: Doing, otherwise: bool = True) -> Claim:
-    """Both wheels and both handles, in a picture for which the head looks at the console."""
+    """Both handles, in a picture for which the head looks at the console."""
     marks = (
-        Mark("yaw_wheel", fix.yaw_handle.centre, WHEEL_RADIUS_M),
-        Mark("pitch_wheel", fix.pitch_handle.centre, WHEEL_RADIUS_M),
         Mark("yaw_handle", knob(fix.yaw_handle), KNOB_RADIUS_M),
         Mark("pitch_handle", knob(fix.pitch_handle), KNOB_RADIUS_M),
     )
