@@ -53,7 +53,7 @@ class Supervise:
         return tuple(Chat(text) for text in texts)
 
 
-GIVE_IN_AFTER = 3
+GIVE_IN_AFTER = 2
 """A claim that was refused so often in a row is confirmed: another look would show the same (assumed)."""
 
 

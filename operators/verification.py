@@ -61,6 +61,17 @@ AS_GOOD: Final = 0.75
 RIM_PX: Final = 1.2
 """Half width of an edge in a picture of that resolution and quality (assumed)."""
 
+BODY: Final = (0.42, 1.22)
+BODY_HALF: Final = 0.75
+"""What is looked at below two wheels, in their distance: from under them down, and to either side. The console's front
+is 1.9 distances wide and 2 high (its blocks, known beforehand)."""
+
+BODY_LEAST_PX: Final = 3
+"""Fewer rows or columns show no body (assumed)."""
+
+TONE: Final = 0.03
+"""Least difference of brightness that is told, as a share (assumed; Weber's fraction of brightness is 0.02 to 0.03)."""
+
 SHOWN: Final = 0.6
 """Least share of a thing that must lie inside the picture to be judged (assumed)."""
 
@@ -70,13 +81,14 @@ LEAST_PX: Final = 1.5
 
 @dataclass(frozen=True)
 class Found:
-    """What the ideal observer makes of one mark.
+    """What the ideal observer makes of one thing.
 
     Attributes:
-        what: its name.
-        offset_px: from the mark; if nothing there looks like it, how far it was searched.
-        sigma_px: what an eye can tell of it.
-        likeness: correlation there, -1 to 1.
+        what: its name; ``body``: what the wheels should stand on.
+        offset_px: from the mark; if nothing there looks like it, how far it was searched. Of the body: NaN.
+        sigma_px: what an eye can tell of it. Of the body: NaN.
+        likeness: correlation there, -1 to 1. Of the body: one less how uneven it is.
+        d_prime: how far it is from what is claimed, in units of what can be told.
 
     """
 
@@ -84,11 +96,7 @@ class Found:
     offset_px: float
     sigma_px: float
     likeness: float
-
-    @property
-    def d_prime(self) -> float:
-        """Offset in units of what can be told."""
-        return self.offset_px / self.sigma_px
+    d_prime: float
 
 
 @dataclass(frozen=True)
@@ -121,7 +129,9 @@ def judge(
 
     """
     noise = float(rng.standard_normal())
-    seen = tuple(found for found in (find(grey, thing) for thing in things(marks)) if found is not None)
+    claimed = things(marks)
+    looked = (*(find(grey, thing) for thing in claimed), *(body(grey, thing) for thing in claimed if len(thing) > 1))
+    seen = tuple(found for found in looked if found is not None)
     if not seen:
         return None
     worst = max(seen, key=lambda found: found.d_prime)
@@ -154,9 +164,26 @@ def find(grey: np.ndarray, thing: tuple[PixelMark, ...]) -> Found | None:
     sigma = math.hypot(EYE_PX, WEBER * 2.0 * width)
     what = thing[0].what if len(thing) == 1 else kind + "s"
     if best < LIKENESS:
-        return Found(what, searched, sigma, best)
+        return Found(what, searched, sigma, best, searched / sigma)
     bound = _bound_px(pixels, inside, look, weight, place)
-    return Found(what, math.hypot(across - reach, down - reach), math.hypot(sigma, bound), best)
+    offset, sigma = math.hypot(across - reach, down - reach), math.hypot(sigma, bound)
+    return Found(what, offset, sigma, best, offset / sigma)
+
+
+def body(grey: np.ndarray, wheels: tuple[PixelMark, ...]) -> Found | None:
+    """Whether two wheels stand on one plain body: how much the brightness varies from left to right below them.
+
+    Two things that stand apart have the ground between them. None if the picture ends above it.
+    """
+    left, right = min(m.across for m in wheels), max(m.across for m in wheels)
+    middle, apart, down = 0.5 * (left + right), right - left, sum(m.down for m in wheels) / len(wheels)
+    rows = [int(min(max(down + k * apart, 0.0), float(grey.shape[0]))) for k in BODY]
+    columns = [int(min(max(middle + k * apart, 0.0), float(grey.shape[1]))) for k in (-BODY_HALF, BODY_HALF)]
+    if rows[1] - rows[0] < BODY_LEAST_PX or columns[1] - columns[0] < BODY_LEAST_PX:
+        return None
+    profile = _blurred(grey / 255.0)[rows[0] : rows[1], columns[0] : columns[1]].mean(axis=0)
+    uneven = float(profile.std()) / max(float(profile.mean()), 1e-3)
+    return Found("body", math.nan, math.nan, 1.0 - uneven, uneven / TONE)
 
 
 def _kind(mark: PixelMark) -> str:
