@@ -182,7 +182,8 @@ def body(grey: np.ndarray, wheels: tuple[PixelMark, ...]) -> Found | None:
     if rows[1] - rows[0] < BODY_LEAST_PX or columns[1] - columns[0] < BODY_LEAST_PX:
         return None
     profile = _blurred(grey / 255.0)[rows[0] : rows[1], columns[0] : columns[1]].mean(axis=0)
-    uneven = float(profile.std()) / max(float(profile.mean()), 1e-3)
+    # An eye is adapted to the picture as a whole: in the dark it tells less.
+    uneven = float(profile.std()) / max(float(grey.mean()) / 255.0, 1e-3)
     return Found("body", math.nan, math.nan, 1.0 - uneven, uneven / TONE)
 
 
