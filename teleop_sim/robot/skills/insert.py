@@ -18,7 +18,7 @@ import numpy as np
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Handle, Insert
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.holding import best_posture, draw_back, has_it, let_go, refusal
+from teleop_sim.robot.skills.holding import draw_back, has_it, kept_posture, let_go, refusal, strayed
 from teleop_sim.robot.skills.manipulate import arm_of
 from teleop_sim.robot.skills.servoing import UP, Led, line
 
@@ -118,11 +118,15 @@ def insert(body: Body, command: Insert, rng: np.random.Generator) -> Motion:
     # Reachable must be the bottom; the way down to it is then short and straight.
     held = np.array(command.mouth) + (command.depth_m - command.tip_m) * axis
     x, y, z = (float(v) for v in held)
-    target, posed = best_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng, arm.reference())
+    target, posed = kept_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng)
     why = refusal(posed, "the hole")
     if why is not None:
         return Done("no_plan", why)
-    yield from _come_over(led, target.position - (OVER_M + command.depth_m) * axis, target.rotation, posed.solution.q)
+    over = target.position - (OVER_M + command.depth_m) * axis
+    yield from _come_over(led, over, target.rotation, posed.solution.q)
+    why = strayed(led, over, target.rotation)
+    if why is not None:
+        return Done("no_plan", why)
     if mass_kg > 0 and not has_it(led, mass_kg):
         led.tell(0.0)
         return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the hole")
