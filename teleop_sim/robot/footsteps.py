@@ -83,7 +83,11 @@ def steps_along(bodies: Sequence[PlanarPose], first: int, gait: Gait) -> tuple[F
 
 
 def walk_bodies(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> list[PlanarPose]:
-    """Body poses, one a step, along straight legs: face the next place, walk to it; at the last, turn to its yaw."""
+    """Body poses, one a step, along straight legs: face the next place, walk to it; at the last, turn to its yaw.
+
+    A turn that a stride can make takes no steps of its own. Paths meet their goals' headings within rounding or a few
+    milliradians of a sighting: such a turn would take its two steps on the spot, 5 s, or not, by chance.
+    """
     bodies: list[PlanarPose] = []
     x, y, yaw = start
     for px, py, _ in path:
@@ -95,7 +99,7 @@ def walk_bodies(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> li
         n = int(np.ceil(distance / gait.stride_m - 1e-9))
         # What the strides can turn on the way need not be turned on the spot.
         spot = np.sign(turn) * max(0.0, abs(turn) - 2 * gait.turn_walking_rad) if n > 3 else turn
-        if abs(spot) < small_turn_rad(gait):
+        if abs(spot) <= gait.turn_walking_rad:
             spot = 0.0
         bodies += turn_bodies((x, y, yaw), float(spot), gait)
         yaw += float(spot)
@@ -106,18 +110,10 @@ def walk_bodies(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> li
             bodies.append((x + (px - x) * u, y + (py - y) * u, yaw + float(done)))
         x, y, yaw = px, py, yaw + rest
     last = wrap(path[-1][2] - yaw)
-    if bodies and abs(last) < small_turn_rad(gait):
+    before = bodies[-2][2] if len(bodies) > 1 else start[2]
+    if bodies and abs(yaw + last - before) <= gait.turn_walking_rad:
         return [*bodies[:-1], (x, y, yaw + last)]
     return bodies + turn_bodies((x, y, yaw), last, gait)
-
-
-def small_turn_rad(gait: Gait) -> float:
-    """A turn below this takes no steps of its own: it is made with steps that are taken anyway.
-
-    Paths meet their goals' headings within rounding or a few milliradians of a sighting; without this bound such a
-    turn takes its two steps or not by chance (assumed: half of what a stride can turn).
-    """
-    return gait.turn_walking_rad / 2
 
 
 def turn_bodies(start: PlanarPose, turn_rad: float, gait: Gait) -> list[PlanarPose]:
