@@ -69,8 +69,8 @@ PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
     },
     "thormang3": {
         "slide": (0.52, 0.28, 0.70),
-        "wheel": (0.48, 0.27, 0.68),
-        "screw": (0.48, 0.27, 0.68),
+        "wheel": (0.45, 0.20, 0.70),
+        "screw": (0.45, 0.20, 0.70),
         "rod": (0.42, 0.22, 0.60),
     },
 }
