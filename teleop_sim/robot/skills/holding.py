@@ -23,6 +23,8 @@ SETTLE_S = 0.4
 REACHED_M, REACHED_RAD = 0.006, 0.08
 """A posture that leaves the hand further off is no plan (assumed: less than the play of an open cage round a bar)."""
 ROUND_SPINS = 8
+TURN_COST = 0.02
+"""Room at the joints' limits that a turn of the held thing must win, per radian (assumed)."""
 STRAYED_M, STRAYED_RAD = 0.06, 0.35
 """A led hand that ends so far off has met a joint's limit or a thing (assumed)."""
 HAS_SHARE = 0.5
@@ -64,18 +66,21 @@ def best_posture(
 
 
 def kept_posture(arm: Arm, handle: Handle, rng: np.random.Generator) -> tuple[PoseTarget, Posed]:
-    """For a thing in the hand: the tool turned as little as may be; at a round handle further if that is not reached.
+    """For a thing in the hand: the tool turned little; at a round handle as far as gives the joints room.
 
     First without another start of the search: the arm must come there with what it holds, not swing over.
     """
     now = arm.hand()[0]
     near = sorted(rotations(handle, now), key=lambda each: angle_between(now, each))
-    targets = [pose_target(np.array(handle.centre), each) for each in (near[:1] if handle.bar is not None else near)]
-    for target in targets:
+    tried = []
+    for rotation in near[:1] if handle.bar is not None else near:
+        target = pose_target(np.array(handle.centre), rotation)
         posed = posture_for(arm, target, rng, arm.reference(), restarts=0)
-        if posed.solution.within(REACHED_M, REACHED_RAD):
-            return target, posed
-    return targets[0], posture_for(arm, targets[0], rng, arm.reference())
+        tried.append((_worth(posed) - TURN_COST * angle_between(now, rotation), target, posed))
+    _, target, posed = max(tried, key=lambda each: each[0])
+    if not posed.solution.within(REACHED_M, REACHED_RAD):
+        posed = posture_for(arm, target, rng, arm.reference())
+    return target, posed
 
 
 def strayed(led: Led, position: np.ndarray, rotation: np.ndarray) -> str | None:

@@ -37,6 +37,8 @@ SEARCH_M_S = 0.015
 DROP_M = 0.006
 """So far below where it first touched, the tip is in the hole (assumed)."""
 STUCK_S = 3.0
+PUSHES = 5
+"""How often at most the tip is pushed at what seems to be the hole (assumed)."""
 WRIGGLE_M, WRIGGLE_HZ = 0.003, 1.0
 """Small circle while pushing, so that a tilted peg does not stay jammed (assumed)."""
 SHORT_M = 0.008
@@ -63,7 +65,7 @@ class _Probe:
 
     Attributes:
         along_m: reference of the tip beyond the mouth. most_n: most force along the axis. searched_m: way of the
-            search. rim_m: depth at which the tip first touched; NaN if it has not.
+            search. rim_m: depth at which the tip first touched; NaN if it has not. angle_rad: along the spiral.
     """
 
     def __init__(self, led: Led, command: Insert, rotation: np.ndarray) -> None:
@@ -75,6 +77,7 @@ class _Probe:
         self.most_n = 0.0
         self.searched_m = 0.0
         self.rim_m = math.nan
+        self.angle_rad = 0.0
         weight = led.told_kg * 9.81
         self._borne_n = -weight * float(UP @ self.axis)
 
@@ -132,8 +135,14 @@ def insert(body: Body, command: Insert, rng: np.random.Generator) -> Motion:
         return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the hole")
     probe = _Probe(led, command, target.rotation)
     outcome = yield from _feel_for(probe, command)
-    if outcome == "found":
+    for attempt in range(PUSHES):
+        if outcome != "found":
+            break
         outcome = yield from _push(probe, command)
+        # Stuck on the rim: what gave way was no hole. The search goes on from there.
+        if outcome == "force_limit" and probe.depth_m() < probe.rim_m + 2 * DROP_M and attempt + 1 < PUSHES:
+            probe.rim_m = math.nan
+            outcome = yield from _feel_for(probe, command)
     report = InsertReport(probe.depth_m(), probe.most_n, probe.searched_m, float(np.linalg.norm(probe.aside_m())))
     words = f"tip {report.depth_m * 1e3:.0f} mm in, {report.aside_m * 1e3:.0f} mm aside, {report.force_n:.0f} N at most"
     if outcome != "inserted":
@@ -161,14 +170,14 @@ def _come_over(led: Led, place: np.ndarray, rotation: np.ndarray, goal: np.ndarr
 def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
     """Press and search until the tip drops: ``found`` or ``not_found``."""
     across = _across(probe.axis)
-    angle, ticks = 0.0, 0
+    ticks = 0
     dt = probe.led.arm.body.tick_s
     while ticks * dt < LIMIT_S:
         ticks += 1
-        radius_m = TURN_M * angle / math.tau
+        radius_m = TURN_M * probe.angle_rad / math.tau
         if radius_m > command.search_m:
             return "not_found"
-        aside = radius_m * (math.cos(angle) * across[0] + math.sin(angle) * across[1])
+        aside = radius_m * (math.cos(probe.angle_rad) * across[0] + math.sin(probe.angle_rad) * across[1])
         yield probe.press(FIRM_N, aside)
         depth_m = probe.depth_m()
         if depth_m > command.search_m + DROP_M or depth_m > probe.rim_m + DROP_M:
@@ -178,7 +187,7 @@ def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
             continue
         probe.rim_m = min(probe.rim_m, depth_m) if probe.press_n() > 0.5 * FIRM_N else probe.rim_m
         step_m = SEARCH_M_S * dt
-        angle += step_m / max(radius_m, TURN_M / 2)
+        probe.angle_rad += step_m / max(radius_m, TURN_M / 2)
         probe.searched_m += step_m
     return "not_found"
 
