@@ -351,7 +351,8 @@ def line(setting: Setting, trials: list[Tried]) -> str:
     told = "; ".join(f"{n} {why}" for why, n in causes.most_common(5))
     return (
         f"| {setting.robot} | {setting.thing} | {100 * setting.error_m:.0f} | {len(done)}/{len(trials)} |"
-        f" {sum(t.held for t in done)} | {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} | {seconds:.0f} | {told} |"
+        f" {sum(t.held for t in done)} | {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} |"
+        f" {seconds:.0f} | {told} |"
     )
 
 
