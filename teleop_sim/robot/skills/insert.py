@@ -43,8 +43,9 @@ WRIGGLE_M, WRIGGLE_HZ = 0.003, 1.0
 """Small circle while pushing, so that a tilted peg does not stay jammed (assumed)."""
 SHORT_M = 0.008
 """Inserted is, whose tip is felt less than so much short of the depth (assumed: errors of joints and grip)."""
-TUG_M, TUG_S, TUG_N = 0.018, 0.8, 5.0
-"""A tip in a hole resists being moved aside, either way; one beside it does not (assumed)."""
+TUG_M, TUG_S, TUG_N = 0.03, 1.0, 5.0
+"""A tip in a hole resists being moved aside, either way; one beside it does not (assumed: more than the 17 mm of play
+in a hole and between two jaws that press alike)."""
 LIMIT_S = 60.0
 
 
