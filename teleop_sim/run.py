@@ -226,7 +226,7 @@ class _Bench:
         body = self._physics.body(spec, site.scenery, otherwise)
         robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
-        programs = self._task.programs(waits)
+        programs = self._task.programs(waits, scenario.robot)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
         beat = scenario.link.heartbeat, scenario.link.heartbeat_s
         self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit)

@@ -128,6 +128,7 @@ def test_ways_to_and_from_the_handle_keep_clear(robot: str, side: Side) -> None:
 
 def test_a_post_in_the_way_is_found_and_walked_round() -> None:
     kinematics, q = standing("atlas")
+    q = resting("atlas", kinematics, q)
     stance, solver = stance_of(kinematics, q), dict(two_stage(kinematics, "left", stance_of(kinematics, q), q))["arm"]
     circle = circle_of(wheel("atlas", "left"))
     over = solver.solve(q, circle.place(3.0, lift_m=0.15), 60).q
@@ -161,7 +162,7 @@ def test_tables_are_remembered_whatever_the_angle() -> None:
 
 def test_a_robot_without_a_stand_is_named() -> None:
     with pytest.raises(UnknownName, match="valkyrie"):
-        crank_stand("thormang3")
+        crank_stand("asimo")
 
 
 @pytest.mark.parametrize("robot", ROBOT_NAMES)
