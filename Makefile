@@ -45,6 +45,7 @@ bench: setup
 	$(BIN)/python benchmarks/memo.py 12
 	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
+	$(BIN)/python benchmarks/sweep.py
 
 validate: setup
 	$(BIN)/python benchmarks/study.py --seeds 1:21

@@ -1,8 +1,9 @@
 """Trials at the bench: pull a slide 0.2 m, turn a wheel by 90 degrees, drive a screw two turns, trace with a held rod.
 
 python benchmarks/affordance_study.py [--robots valkyrie] [--things slide,wheel,screw] [--trials 20] [--errors 0,1,2,4]
-python benchmarks/affordance_study.py --force-limit      a thing that is stuck
-python benchmarks/affordance_study.py --rod              tip errors of a line and a circle
+python benchmarks/affordance_study.py --study limit      a thing that is stuck, a slide that comes to its end
+python benchmarks/affordance_study.py --study strokes    a screw two turns, in strokes with a new grip each
+python benchmarks/affordance_study.py --study rod        tip errors of a line and a circle
 
 The robot stands before the bench, the bench off its nominal place by 2 cm and 3 degrees (standard deviations). It takes
 the handle where its template says, which is off by a normal error in each direction and 1 degree a centimetre about
@@ -20,7 +21,7 @@ from functools import partial
 
 import numpy as np
 
-from teleop_sim.robot.affordance import Affordance, Usability, felt, rotated
+from teleop_sim.robot.affordance import Affordance, Usability, felt, moved, rotated, strokes
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.chain_ik import Target, search, two_stage
 from teleop_sim.robot.collision import Collisions
@@ -42,7 +43,7 @@ from teleop_sim.robot.skills.manipulate import (
     straight_path,
 )
 from teleop_sim.robot.ways import drawn_back, free_way
-from teleop_sim.world.bench_scene import ROD_KG, ROD_LENGTH_M, Bench, Thing, amount, rod_tip
+from teleop_sim.world.bench_scene import ROD_KG, ROD_LENGTH_M, TRAVEL_M, Bench, Thing, amount, rod_tip
 from teleop_sim.world.plant import Plant
 
 SIDE = "left"
@@ -51,6 +52,8 @@ WITHIN: dict[Thing, float] = {"slide": 0.02, "wheel": math.radians(10.0), "screw
 LIFT_M = 0.10
 SINK_M = 0.008
 STANCE_M, STANCE_RAD = 0.02, math.radians(3.0)
+HELD_M = 0.012
+"""From the middle of the cage to the handle's: 2 mm play, and what a loaded hand is askew."""
 TILT_RAD_M = math.radians(1.0) / 0.01
 
 PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
@@ -67,9 +70,9 @@ PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
         "rod": (0.65, 0.25, 0.90),
     },
     "thormang3": {
-        "slide": (0.45, 0.22, 0.60),
-        "wheel": (0.42, 0.22, 0.60),
-        "screw": (0.42, 0.22, 0.60),
+        "slide": (0.52, 0.28, 0.70),
+        "wheel": (0.45, 0.20, 0.70),
+        "screw": (0.45, 0.20, 0.70),
         "rod": (0.42, 0.22, 0.60),
     },
 }
@@ -88,6 +91,7 @@ class Setting:
     error_m: float = 0.0
     resist_n: tuple[float, float] = RESIST_N
     force_limit_n: float = 80.0
+    travel_m: float = TRAVEL_M
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,7 @@ class Tried:
     resist_n: float
     duration_s: float
     within: float
+    held: bool
 
     @property
     def done(self) -> bool:
@@ -126,7 +131,7 @@ def bench_of(setting: Setting, rng: np.random.Generator) -> Bench:
     start_rad = 0.0 if setting.thing in ("slide", "rod") else float(start) * 2 * math.pi
     if setting.thing == "rod":
         bench = replace(bench, tilt_rad=0.0)
-    return replace(bench, resist=float(force), start_rad=start_rad)
+    return replace(bench, resist=float(force), start_rad=start_rad, travel_m=setting.travel_m)
 
 
 def motion_of(bench: Bench) -> Affordance:
@@ -168,6 +173,7 @@ class Trial:
         self.state = self.body.save()
         self.off = self.rng.normal(0.0, 1.0, 3) * setting.error_m
         self.tilt = self.rng.normal(0.0, 1.0, 3) * setting.error_m * TILT_RAD_M
+        self.gone = 0.0
         self.play(hold(self.arm(), 0.6, (0.0, 0.0)))
 
     def arm(self) -> Arm:
@@ -181,7 +187,10 @@ class Trial:
         """Bring the open hand over the handle, down to it, and close it. Return what went wrong, or nothing."""
         pointing = tilted(-self.bench.axes()[:, 2], self.tilt)
         sink_m = 0.0 if self.setting.thing == "rod" else SINK_M
-        place = self.bench.handle() + self.off + sink_m * pointing
+        handle = self.bench.handle()
+        if self.gone:
+            handle = moved(motion_of(self.bench), self.gone, handle)
+        place = handle + self.off + sink_m * pointing
         self.body.set_stand()
         arm, jaws = self.arm(), (JAW_OPEN, JAW_OPEN)
         now, stance = plan_stance(arm)
@@ -220,22 +229,52 @@ class Trial:
         path, _ = straight_path(solver, now, target, -LIFT_M * rotation[:, 2], rows=9)
         return self.play(follow_path(arm, path[:, arm.upper], 1.5, jaws)) and self.play(hold(arm, 0.3, jaws))
 
+    def in_strokes(self, reach: float) -> Tried:
+        """As ``run``, but with a new grip after each stroke; the handle is looked for where it was felt to go."""
+        thing, told, peak_n, seconds = self.setting.thing, "reached", 0.0, 0.0
+        motion = mistaken(motion_of(self.bench), self.off, self.tilt)
+        before = amount(self.body.plant, thing)
+        for stroke in strokes(motion, ASKED[thing], reach):
+            told = self.take()
+            if told:
+                break
+            episode = self.do(Act(SIDE, motion, stroke))
+            told, seconds = episode.outcome, seconds + episode.duration_s
+            if told != "reached" or not self.let_go():
+                told = "fell" if told == "reached" else told
+                break
+            self.gone, peak_n = self.gone + episode.data.amount, max(peak_n, episode.data.peak_n)
+        true = amount(self.body.plant, thing) - before
+        goal, within, resist_n = ASKED[thing], WITHIN[thing], self.resist_n()
+        return Tried(self.seed, told, goal, true, self.gone, peak_n, 0.0, resist_n, seconds, within, told == "reached")
+
+    def held(self) -> bool:
+        """Whether the handle is between the bars: a hand that came down beside it can still push it along."""
+        rotation, position = self.arm().hand()
+        knob = self.body.plant.data.geom("benchKnob").xpos
+        return math.hypot(*(rotation.T @ (knob - position))[:2]) < HELD_M
+
+    def resist_n(self) -> float:
+        """Friction at the handle."""
+        return self.bench.resist / (1.0 if self.setting.thing == "slide" else self.bench.orbit_m)
+
     def run(self) -> Tried:
         setting, thing = self.setting, self.setting.thing
-        wanted, arm_m = ASKED[thing], 1.0 if thing == "slide" else self.bench.orbit_m
+        wanted = ASKED[thing]
         told, felt, peak_n, aside_m, seconds = self.take(), math.nan, math.nan, math.nan, math.nan
-        before = amount(self.body.plant, thing)
+        before, held = amount(self.body.plant, thing), False
         if not told:
             motion = mistaken(motion_of(self.bench), self.off, self.tilt)
             episode = self.do(Act(SIDE, motion, wanted, force_limit_n=setting.force_limit_n))
             told, seconds = episode.outcome, episode.duration_s
             if episode.data is not None:
                 felt, peak_n, aside_m = episode.data.amount, episode.data.peak_n, episode.data.aside_m
+            held = self.held()
         true = amount(self.body.plant, thing) - before
         if told != "fell" and not self.let_go():
             told = "fell"
-        resist_n = self.bench.resist / arm_m
-        return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, resist_n, seconds, WITHIN[thing])
+        within = WITHIN[thing]
+        return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, self.resist_n(), seconds, within, held)
 
 
 @dataclass(frozen=True)
@@ -295,8 +334,8 @@ def tried(setting: Setting, seed: int) -> Tried:
 
 
 HEAD = (
-    "| robot | thing | error cm | done | worst miss | felt off | peak N | led aside cm | s | else |\n"
-    "|---|---|---|---|---|---|---|---|---|---|"
+    "| robot | thing | error cm | done | held | worst miss | felt off | peak N | led aside cm | s | else |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -312,13 +351,60 @@ def line(setting: Setting, trials: list[Tried]) -> str:
     told = "; ".join(f"{n} {why}" for why, n in causes.most_common(5))
     return (
         f"| {setting.robot} | {setting.thing} | {100 * setting.error_m:.0f} | {len(done)}/{len(trials)} |"
-        f" {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} | {seconds:.0f} | {told} |"
+        f" {sum(t.held for t in done)} | {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} |"
+        f" {seconds:.0f} | {told} |"
     )
 
 
+def show_limit(robots: list[str], seeds: range) -> None:
+    """Peak force over the limit, where nothing moves and where a slide comes to its end after 10 cm."""
+    print("| robot | what | limit N | told | worst over the limit N | truly moved mm |\n|---|---|---|---|---|---|")
+    for robot in robots:
+        for what in ("stuck", "end"):
+            for limit_n in (15.0, 30.0, 60.0):
+                setting = Setting(robot, "slide", force_limit_n=limit_n)
+                stuck = (
+                    {"resist_n": (1000.0, 1000.0)} if what == "stuck" else {"travel_m": 0.1, "resist_n": (5.0, 12.0)}
+                )
+                trials = [tried(replace(setting, **stuck), seed) for seed in seeds]
+                told = ", ".join(f"{n} {why}" for why, n in Counter(t.told for t in trials).most_common())
+                over_n, moved_mm = max(t.peak_n for t in trials) - limit_n, 1e3 * max(t.true for t in trials)
+                print(f"| {robot} | {what} | {limit_n:.0f} | {told} | {over_n:.1f} | {moved_mm:.1f} |", flush=True)
+
+
+def show_strokes(robots: list[str], seeds: range) -> None:
+    """A screw in four strokes of half a turn."""
+    print(HEAD)
+    for robot in robots:
+        setting = Setting(robot, "screw")
+        print(line(setting, [Trial(setting, seed).in_strokes(math.pi) for seed in seeds]), flush=True)
+
+
+def show_rod(robots: list[str], seeds: range) -> None:
+    """Mean and worst distance of the rod's tip from its path."""
+    print("| robot | path | reached | mean mm | worst mm | end off mm |\n|---|---|---|---|---|---|")
+    for robot in robots:
+        found = [row for seed in seeds for row in traced(robot, seed)]
+        for what in sorted({row.what for row in found}):
+            rows = [row for row in found if row.what == what]
+            good = [row for row in rows if row.told == "reached"]
+            figures = [(row.mean_mm, row.worst_mm, row.end_mm) for row in good]
+            mean, worst, end = float(np.mean([f[0] for f in figures])), *np.max(figures, axis=0)[1:]
+            print(f"| {robot} | {what} | {len(good)}/{len(seeds)} | {mean:.1f} | {worst:.1f} | {end:.1f} |", flush=True)
+
+
+def show_moves(settings: list[Setting], seeds: range, jobs: int) -> None:
+    """The table of success against template error."""
+    print(HEAD)
+    with ProcessPoolExecutor(jobs) as pool:
+        for setting in settings:
+            print(line(setting, list(pool.map(tried, [setting] * len(seeds), seeds))), flush=True)
+
+
 def main() -> None:
-    """Run the study and print it."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Run a study and print it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--study", default="moves", choices=("moves", "limit", "strokes", "rod"))
     parser.add_argument("--robots", default=",".join(PLACES))
     parser.add_argument("--things", default="slide,wheel,screw")
     parser.add_argument("--errors", default="0,1,2,4", help="cm")
@@ -326,14 +412,13 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1)
     told = parser.parse_args()
-    seeds = range(told.first_seed, told.first_seed + told.trials)
-    print(HEAD)
-    with ProcessPoolExecutor(told.jobs) as pool:
-        for robot in told.robots.split(","):
-            for thing in told.things.split(","):
-                for error in told.errors.split(","):
-                    setting = Setting(robot, thing, float(error) / 100)
-                    print(line(setting, list(pool.map(tried, [setting] * len(seeds), seeds))), flush=True)
+    robots, seeds = told.robots.split(","), range(told.first_seed, told.first_seed + told.trials)
+    if told.study == "moves":
+        errors = [float(error) / 100 for error in told.errors.split(",")]
+        cells = [Setting(robot, thing, e) for robot in robots for thing in told.things.split(",") for e in errors]
+        show_moves(cells, seeds, told.jobs)
+    else:
+        {"limit": show_limit, "strokes": show_strokes, "rod": show_rod}[told.study](robots, seeds)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Missions at the console: walk 2 m, stand, take a crank, three full turns with a new grip each turn, draw back.
 
-python benchmarks/crank_study.py [--robots atlas,valkyrie] [--trials 30] [--jobs 2] [--sweep error,floor,handle]
+python benchmarks/crank_study.py [--robots atlas,valkyrie] [--trials 30] [--jobs 2] [--sweep error,floor,handle,wheel]
 
 Without ``--sweep``: exact perception. A trial counts as done if the wheel has been turned three times within 10
 degrees, the robot still stands, drawing back moved the wheel by less than 2 degrees, and nothing ever touched anything
@@ -50,6 +50,7 @@ class Setting:
     error_m: float = 0.0
     floor: float = 0.8
     handle: float = 0.8
+    wheel_nm: tuple[float, float] = (2.0, 3.0)
     timestep_s: float = TIMESTEP_S
 
 
@@ -122,7 +123,11 @@ class Watched(Body):
 
 
 def world_of(setting: Setting, seed: int) -> DishWorld:
-    settings = DishSettings(floor_friction=(setting.floor,) * 2, contact_friction=(setting.handle,) * 2)
+    settings = DishSettings(
+        floor_friction=(setting.floor,) * 2,
+        contact_friction=(setting.handle,) * 2,
+        wheel_friction_nm=setting.wheel_nm,
+    )
     return draw_dish_world(lambda name: stream(seed, 0, name), settings)
 
 
@@ -244,12 +249,14 @@ def settings_of(robot: str, sweep: str) -> list[Setting]:
         return [replace(exact, floor=mu) for mu in (0.1, 0.15, 0.2, 0.4, 1.0)]
     if sweep == "handle":
         return [replace(exact, handle=mu) for mu in (0.1, 0.3, 1.0)]
+    if sweep == "wheel":
+        return [replace(exact, wheel_nm=(nm, nm)) for nm in (1.0, 1.5, 2.0, 2.5, 3.0)]
     return [exact]
 
 
 HEAD = (
-    "| robot | error cm | floor | handle | done | grips | worst miss deg | crept deg | DCM off mm | s | else |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|"
+    "| robot | error cm | floor | handle | wheel N m | done | grips | miss deg | crept deg | DCM off mm | s | else |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -262,7 +269,8 @@ def line(setting: Setting, trials: list[Cranked]) -> str:
     off_mm = 1e3 * max((t.balance_m for t in done), default=math.nan)
     causes = Counter(t.told for t in trials if not t.done)
     told = "; ".join(f"{n} {why}" for why, n in causes.most_common(6))
-    cell = f"| {setting.robot} | {100 * setting.error_m:.0f} | {setting.floor} | {setting.handle} |"
+    wheel = "{:g} to {:g}".format(*setting.wheel_nm)
+    cell = f"| {setting.robot} | {100 * setting.error_m:.0f} | {setting.floor} | {setting.handle} | {wheel} |"
     return (
         f"{cell} {len(done)}/{len(trials)} |"
         f" {grips:.1f} | {miss:.1f} | {crept:.1f} | {off_mm:.0f} | {seconds:.0f} | {told} |"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 
 from teleop_sim.machines.declare import Machine
@@ -36,6 +37,7 @@ class Interventions:
     rules: tuple[Rule, ...]
 
 
+@cache
 def load_interventions() -> Interventions:
     """The table of ``interventions.toml``."""
     text = resources.files("teleop_sim.operators").joinpath("interventions.toml").read_text(encoding="utf-8")

@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import dataclass, fields
+from functools import cache
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
@@ -122,9 +124,13 @@ def load_timing(**changes: float) -> OperatorTiming:
         BadInput: a field is out of its range.
 
     """
+    return OperatorTiming(**(_cited() | changes))
+
+
+@cache
+def _cited() -> dict[str, Any]:
     text = resources.files("teleop_sim.operators").joinpath("timing.toml").read_text(encoding="utf-8")
-    values = {name: entry["value"] for name, entry in tomllib.loads(text).items()}
-    return OperatorTiming(**(values | changes))
+    return {name: entry["value"] for name, entry in tomllib.loads(text).items()}
 
 
 def words_in(text: str) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleop_sim.core.errors import Problem, unknown_name
 from teleop_sim.scenarios.disturbance_schema import Bumps, Disturbances, Patches
+from teleop_sim.scenarios.robots import robot_problems, robot_spec
 from teleop_sim.world.disturbance_ranges import (
     DisturbanceRanges,
     PayloadRanges,
@@ -46,11 +47,8 @@ def disturbance_problems(scenario: Scenario) -> tuple[Problem, ...]:
     for name, plates in (("bumps", given.bumps), ("patches", given.patches)):
         if plates is not None:
             problems += _both(f"disturbances.{name}", plates)
-    if given.payload is not None or given.strength is not None:
-        # Robots are loaded only if one is asked for.
-        from teleop_sim.robot.hands import robot_of
-
-        problems += _unknown_parts(given, robot_of(scenario.robot).model)
+    if (given.payload is not None or given.strength is not None) and not robot_problems(scenario):
+        problems += _unknown_parts(given, robot_spec(scenario).model)
     return tuple(problems)
 
 

@@ -16,6 +16,7 @@ from teleop_sim.scenarios.disturbances import disturbance_problems
 from teleop_sim.scenarios.library import find_scenario, list_scenarios
 from teleop_sim.scenarios.links import link_problems
 from teleop_sim.scenarios.reading import key_path, read_toml
+from teleop_sim.scenarios.robots import robot_problems
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.setting import attempted, spread
 from teleop_sim.scenarios.writing import scenario_to_toml
@@ -73,7 +74,7 @@ def read_scenario(
         left_out = ("default_factory_not_called", "missing" if read.problems else "")
         details = [d for d in error.errors() if d["type"] not in left_out]
         raise BadInput(read.problems + unset + tuple(reporter.problems(details))) from None
-    impossible = (*link_problems(scenario), *disturbance_problems(scenario))
+    impossible = (*robot_problems(scenario), *link_problems(scenario), *disturbance_problems(scenario))
     if problems := (read.problems + unset) or tuple(reporter.problems(map(_detail, impossible))):
         raise BadInput(problems)
     return scenario

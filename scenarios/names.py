@@ -15,6 +15,12 @@ ROBOTS: Mapping[str, str] = {
     "valkyrie": "NASA Valkyrie R5, as in the Space Robotics Challenge",
 }
 
+HANDS: Mapping[str, str] = {
+    "cage": "one jaw of bars a hand, as every robot has by default",
+    "fingers": "the robot's own fingers, of Valkyrie and Atlas",
+    "pads": "two flat pads a hand",
+}
+
 TASKS: Mapping[str, str] = {
     "src-dish": "Space Robotics Challenge task 1: align the communication dish with two crank wheels",
 }

@@ -54,14 +54,14 @@ class Task:
 
     Attributes:
         machine: declares what is done in which order.
-        programs: what each state of the machine does, with the given waits.
+        programs: what each state of the machine does, with the given waits, for a robot by name.
         site: draws the world.
         last_checkpoint: of the scorer; the task is done when it has been scored.
 
     """
 
     machine: Callable[[], Machine]
-    programs: Callable[[Pacing], Mapping[str, ProgramOf]]
+    programs: Callable[[Pacing, str], Mapping[str, ProgramOf]]
     site: Callable[[Scenario, Streams], Site]
     last_checkpoint: int
 

@@ -110,7 +110,7 @@ class Scenario(Part):
     """Everything that is chosen before a run, apart from the replicate's number.
 
     ``name`` is the file's name without ``.toml`` unless the file gives another; it names the log. ``seed`` fixes all
-    chance; ``autonomy`` is the level of the machine's guard at the start.
+    chance; ``autonomy`` is the level of the machine's guard at the start. ``hand`` left out is the robot's default.
     """
 
     schema_version: Literal[1] = Field(alias="schema", description="schema = 1, the one this version reads.")
@@ -121,6 +121,7 @@ class Scenario(Part):
     question: str = Field(default="", description="Text: what the scenario is to find out.")
     seed: int = Field(default=1, ge=0, lt=2**63, description="A whole number from 0 to 9223372036854775807.")
     robot: Annotated[str, *named("A robot, one of", names.ROBOTS)] = "valkyrie"
+    hand: Annotated[str | None, *named("Its hands, one of", names.HANDS)] = None
     task: Annotated[str, *named("A task, one of", names.TASKS)] = "src-dish"
     pacing: Annotated[str, *named("Which waits the robot's program has, one of", names.PACINGS)] = "wpi"
     time_limit_s: float = Field(

@@ -12,34 +12,49 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from teleop_sim.core.errors import BadInput, LogDamaged, Problem, TeleopError, UnknownName
     from teleop_sim.log.load import Log, load
+    from teleop_sim.robot.memo import Memo
     from teleop_sim.run import RunResult, run_scenario
     from teleop_sim.scenarios.files import load_scenario
+    from teleop_sim.sweep.folder import SweepBroken
+    from teleop_sim.sweep.index import load_sweep
+    from teleop_sim.sweep.planning import plan_sweep
+    from teleop_sim.sweep.study import run_sweep
 
 _HOME = {
     "BadInput": "teleop_sim.core.errors",
     "Log": "teleop_sim.log.load",
     "LogDamaged": "teleop_sim.core.errors",
+    "Memo": "teleop_sim.robot.memo",
     "Problem": "teleop_sim.core.errors",
     "RunResult": "teleop_sim.run",
     "TeleopError": "teleop_sim.core.errors",
     "UnknownName": "teleop_sim.core.errors",
     "load": "teleop_sim.log.load",
+    "SweepBroken": "teleop_sim.sweep.folder",
     "load_scenario": "teleop_sim.scenarios.files",
+    "load_sweep": "teleop_sim.sweep.index",
+    "plan_sweep": "teleop_sim.sweep.planning",
     "run_scenario": "teleop_sim.run",
+    "run_sweep": "teleop_sim.sweep.study",
 }
 
 __all__ = [
     "BadInput",
     "Log",
     "LogDamaged",
+    "Memo",
     "Problem",
     "RunResult",
+    "SweepBroken",
     "TeleopError",
     "UnknownName",
     "__version__",
     "load",
     "load_scenario",
+    "load_sweep",
+    "plan_sweep",
     "run_scenario",
+    "run_sweep",
 ]
 
 

@@ -18,6 +18,7 @@ from teleop_sim.cli_complete import complete_delivery, complete_preset
 from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.cli_machines import machines_app
+from teleop_sim.cli_sweep import decide, sensitivity, sweep
 from teleop_sim.core.errors import TeleopError
 
 if TYPE_CHECKING:
@@ -36,6 +37,9 @@ scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check sce
 app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
 app.add_typer(machines_app, name="machines")
+app.command()(sweep)
+app.command()(decide)
+app.command()(sensitivity)
 
 
 def _complete_scenario(incomplete: str) -> list[str]:

@@ -27,13 +27,14 @@ if TYPE_CHECKING:
 _WIDTH_OF_A_FILE = 120
 
 
-class _Paper(Console):
+class Paper(Console):
     """Standard output; wide where it is no terminal; a reader that went away is no error."""
 
     def __init__(self) -> None:
         super().__init__(highlight=False, markup=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_FILE)
 
     def on_broken_pipe(self) -> None:
+        """See rich: whoever read has gone away."""
         forget_reader(sys.stdout)
 
 
@@ -56,7 +57,7 @@ def print_summary(result: RunResult) -> None:
     """Outcome, table of states beside the paper's, where the time went, and what to type next."""
     from teleop_sim.log.load import load
 
-    paper = _Paper()
+    paper = Paper()
     _print_tables(paper, list(load(result.log).records()))
     for line in summary_lines(result):
         paper.print(line, soft_wrap=True)
@@ -94,7 +95,7 @@ def print_report(log: Path, out: Path | None) -> None:
     if problems:
         raise BadInput(tuple(problems))
     paths = write_report(log, out)
-    paper, records = _Paper(), list(opened.records())
+    paper, records = Paper(), list(opened.records())
     _print_tables(paper, records)
     _print_ledger(paper, records)
     if opened.interrupted:

@@ -257,6 +257,9 @@ def _alive(process: simpy.Process | None) -> bool:
     return process is not None and bool(process.is_alive)
 
 
+_CLOUDS = ("cloud", "clouds")
+
+
 def brief(command: object) -> str:
     """A command in a line of the log: clouds are left out, numbers have three decimals."""
     if isinstance(command, float):
@@ -264,6 +267,6 @@ def brief(command: object) -> str:
     if isinstance(command, tuple):
         return "(" + ", ".join(brief(x) for x in command) + ")"
     if is_dataclass(command) and not isinstance(command, type):
-        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name != "cloud")
+        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name not in _CLOUDS)
         return f"{type(command).__name__}({', '.join(shown)})"
     return str(command)

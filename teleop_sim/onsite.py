@@ -92,7 +92,9 @@ class RobotOnSite:
 
     def pose(self) -> PlanarPose:
         """Where the middle of the feet is, by odometry."""
-        return body_between(self.seen().feet())
+        # Asked before every command: a memo need not put the robot there again.
+        at: PlanarPose = self.look("robot.pose", _pose)
+        return at
 
     def status(self) -> dict[str, float]:
         """The task's status message now."""
@@ -255,6 +257,10 @@ class RobotOnSite:
                 for checkpoint, text in seen:
                     self._emit(Scored(now_s, checkpoint, text))
                     self.checkpoint = checkpoint
+
+
+def _pose(body: Body, _: np.random.Generator) -> PlanarPose:
+    return body_between(body.feet())
 
 
 def _renamed(episode: Episode, outcome: str, stopped: Episode) -> Episode:

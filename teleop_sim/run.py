@@ -27,10 +27,8 @@ from teleop_sim.operators.supervisor import Briefing, Supervisor
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.hands import robot_of
 from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
-from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.scenarios.links import link_plan
 from teleop_sim.scenarios.objects import (
     TASKS,
@@ -41,6 +39,7 @@ from teleop_sim.scenarios.objects import (
     operator_policy,
     operator_timing,
 )
+from teleop_sim.scenarios.robots import robot_spec
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
 from teleop_sim.wiring import rates_by_state, sender, wire
@@ -198,11 +197,6 @@ def _versions() -> str:
     return " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
 
 
-@cache
-def _robot_spec(name: str) -> RobotSpec:
-    return robot_of(name)
-
-
 class _Bench:
     """Two sites and a link, wired to a clock."""
 
@@ -226,14 +220,14 @@ class _Bench:
         plan = link_plan(scenario, streams)
         self.link = wire(self.env, plan, streams, self._to_field, self._to_station, watch)
         self.up, self.down = self.link.up, self.link.down
-        site, spec = self._task.site(scenario, streams), _robot_spec(scenario.robot)
+        site, spec = self._task.site(scenario, streams), robot_spec(scenario)
         otherwise = drawn_disturbances(scenario, streams, site, spec.model)
         for told in figures(otherwise):
             watch(Disturbed(0.0, *told))
         body = self._physics.body(spec, site.scenery, otherwise)
         robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
-        programs = self._task.programs(waits)
+        programs = self._task.programs(waits, scenario.robot)
         policy = operator_policy(scenario.operator)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
         beat = scenario.link.heartbeat, scenario.link.heartbeat_s

@@ -34,33 +34,63 @@ def fingerprint(*values: object) -> bytes:
 
     Source: RFC 7693 (BLAKE2).
     """
-    digest = blake2b(digest_size=SIZE_BYTES)
-    _feed(digest.update, values)
-    return digest.digest()
+    parts: list[bytes] = []
+    _feed(parts.append, values)
+    return blake2b(b"".join(parts), digest_size=SIZE_BYTES).digest()
 
 
 def _feed(update: Update, value: object) -> None:
     """Write a value so that no two different ones can be written alike: kind, length, contents."""
-    if isinstance(value, float):
-        update(b"=" + struct.pack("<d", value))
-    elif isinstance(value, (tuple, list)):
-        _feed_row(update, value)
-    elif isinstance(value, (bytes, str)):
-        data = value if isinstance(value, bytes) else value.encode()
-        _head(update, "bytes" if isinstance(value, bytes) else "str", len(data))
-        update(data)
-    elif isinstance(value, Enum):
-        _named(update, type(value), value.name)
-    elif value is None or isinstance(value, int):
-        _head(update, f"{type(value).__name__}={value}", 0)
-    elif isinstance(value, (np.ndarray, np.generic)):
-        _feed_array(update, np.asarray(value))
-    elif isinstance(value, Mapping):
-        _feed_unordered(update, "mapping", [fingerprint(k, v) for k, v in value.items()])
-    elif isinstance(value, Set):
-        _feed_unordered(update, "set", [fingerprint(member) for member in value])
-    else:
-        _feed_object(update, value)
+    kind: Any = type(value)
+    _way(kind)(update, value)
+
+
+@cache
+def _way(kind: Any) -> Callable[[Update, Any], None]:
+    """How values of a type are written."""
+    ways: tuple[tuple[type | tuple[type, ...], Callable[[Update, Any], None]], ...] = (
+        (float, _feed_float),
+        ((tuple, list), _feed_row),
+        (bytes, _feed_bytes),
+        (str, _feed_str),
+        (Enum, _feed_enum),
+        ((type(None), int), _feed_plain),
+        ((np.ndarray, np.generic), _feed_array),
+        (Mapping, _feed_mapping),
+        (Set, _feed_set),
+    )
+    return next((way for kinds, way in ways if issubclass(kind, kinds)), _feed_object)
+
+
+def _feed_float(update: Update, value: float) -> None:
+    update(b"=" + struct.pack("<d", value))
+
+
+def _feed_bytes(update: Update, value: bytes) -> None:
+    _head(update, "bytes", len(value))
+    update(value)
+
+
+def _feed_str(update: Update, value: str) -> None:
+    data = value.encode()
+    _head(update, "str", len(data))
+    update(data)
+
+
+def _feed_enum(update: Update, value: Enum) -> None:
+    _named(update, type(value), value.name)
+
+
+def _feed_plain(update: Update, value: object) -> None:
+    _head(update, f"{type(value).__name__}={value}", 0)
+
+
+def _feed_mapping(update: Update, value: Mapping[Any, Any]) -> None:
+    _feed_unordered(update, "mapping", [fingerprint(k, v) for k, v in value.items()])
+
+
+def _feed_set(update: Update, value: Set[Any]) -> None:
+    _feed_unordered(update, "set", [fingerprint(member) for member in value])
 
 
 def _head(update: Update, kind: str, length: int) -> None:
@@ -69,7 +99,7 @@ def _head(update: Update, kind: str, length: int) -> None:
 
 def _feed_row(update: Update, row: tuple[object, ...] | list[object]) -> None:
     # A state has some hundred floats in rows: all at once is six times as fast.
-    if row and isinstance(row[0], float) and all(isinstance(x, float) for x in row):
+    if row and isinstance(row[0], float) and all(issubclass(kind, float) for kind in set(map(type, row))):
         update(struct.pack(f"<7sq{len(row)}d", b"floats:", len(row), *row))
         return
     _head(update, "row", len(row))
@@ -77,7 +107,8 @@ def _feed_row(update: Update, row: tuple[object, ...] | list[object]) -> None:
         _feed(update, member)
 
 
-def _feed_array(update: Update, array: np.ndarray) -> None:
+def _feed_array(update: Update, value: np.ndarray | np.generic) -> None:
+    array = np.asarray(value)
     if array.dtype.hasobject:
         raise TypeError(f"an array of {array.dtype} has no fingerprint; give one of numbers")
     _head(update, f"array {array.dtype.str} {array.shape}", array.nbytes)

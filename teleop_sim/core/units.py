@@ -72,3 +72,12 @@ def format_time(time_s: float) -> str:
         return f"{time_s:.3g} s"
     minutes, seconds = divmod(round(time_s), 60)
     return f"{minutes} min {seconds} s"
+
+
+def format_quantity(name: str, value: object) -> str:
+    """A value for people, by the unit in its name: ``uplink_bps`` 64.0 is ``64 bit/s``, ``latency_s`` 2.0 is ``2 s``."""
+    if isinstance(value, float) and name.endswith("_bps"):
+        return format_rate(value)
+    if isinstance(value, float) and name.endswith("_s"):
+        return f"{value:g} s"
+    return f"{value:g}" if isinstance(value, float) else str(value)

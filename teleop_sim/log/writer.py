@@ -12,12 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any
-
-from mcap.writer import CompressionType, Writer
+from typing import IO
 
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.core.records import LATE_TOPICS, RECORDS, Record, RunStarted
+from teleop_sim.log.mcap_file import MESSAGE_HEADER_BYTES, McapFile
 from teleop_sim.log.scan import scan
 from teleop_sim.log.schema import SCHEMAS, Schema
 
@@ -74,7 +73,7 @@ class LogWriter:
         data = SCHEMAS[topic].encode(record)
         self._waiting.append((topic, self._count + 1, round(record.t_s * 1e9), data))
         self._count += 1
-        self._waiting_bytes += len(data) + _MESSAGE_HEADER_BYTES
+        self._waiting_bytes += len(data) + MESSAGE_HEADER_BYTES
         late = record.t_s - self._flushed_s >= FLUSH_S
         if self._waiting_bytes >= CHUNK_BYTES or late or isinstance(record, RunStarted):
             self._flushed_s = record.t_s
@@ -117,10 +116,8 @@ class LogWriter:
         self._at = path
         self._stream: IO[bytes] = _open_alone(path)
         self._cut_here = False
-        # Chunks end where this class says, so that it always knows what is in the file. Any: its methods are untyped.
-        self._mcap: Any
-        self._mcap = Writer(self._stream, chunk_size=1 << 62, compression=CompressionType.ZSTD)
-        self._mcap.start(profile=PROFILE, library=PROFILE)
+        # Chunks end where this class says, so that it always knows what is in the file.
+        self._mcap = McapFile(self._stream, PROFILE)
         early = ((topic, schema) for topic, schema in SCHEMAS.items() if topic not in LATE_TOPICS)
         self._channels = {topic: _register(self._mcap, schema) for topic, schema in early}
         self._mcap.flush()
@@ -133,7 +130,7 @@ class LogWriter:
             for topic, sequence, time_ns, data in self._waiting:
                 if topic not in self._channels:
                     self._channels[topic] = _register(self._mcap, SCHEMAS[topic])
-                self._mcap.add_message(self._channels[topic], time_ns, data, time_ns, sequence)
+                self._mcap.add(self._channels[topic], time_ns, data, sequence)
             self._mcap.flush()
         self._waiting.clear()
         self._waiting_bytes = 0
@@ -166,9 +163,6 @@ class LogWriter:
         self._open(self.path.with_name(self.path.name + ".again"))
 
 
-_MESSAGE_HEADER_BYTES = 31  # opcode, length, channel, sequence and two times: MCAP specification, "Message (op=0x05)"
-
-
 def _open_alone(path: Path) -> IO[bytes]:
     """Open a file for writing from its start, if no other run has it open: two writers would leave neither's log."""
     while True:
@@ -188,6 +182,5 @@ def _open_alone(path: Path) -> IO[bytes]:
         stream.close()
 
 
-def _register(mcap: Writer, schema: Schema) -> int:
-    schema_id = mcap.register_schema(schema.name, "protobuf", schema.data)
-    return mcap.register_channel(schema.topic, "protobuf", schema_id)
+def _register(mcap: McapFile, schema: Schema) -> int:
+    return mcap.register(schema.topic, schema.name, schema.data)

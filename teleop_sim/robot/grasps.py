@@ -26,7 +26,9 @@ class HandStand:
         ahead_m, aside_m: where the handle is, ahead and outwards on the hand's side.
         low_m, high_m: heights of handles over the ground that it reaches from there.
         carry: ahead, outwards and up from the ground: where it carries a handle.
-        strength_kg: the most it lifts there by its joints' torques (measured).
+        strength_kg: the most that it picked, carried a step back and turned with (measured, one trial each).
+        squeeze: jaw reference that closes the hand on a thing, 1 being the jaws' stop: 2 presses with all of the
+            actuators' 60 N. THORMANG3's jaws weigh 50 g: at 60 N they sink through what they hold (measured).
     """
 
     inwards_rad: float
@@ -37,15 +39,20 @@ class HandStand:
     high_m: float
     carry: Vector
     strength_kg: float
+    squeeze: float = 2.0
 
 
 HAND_STANDS: Mapping[str, HandStand] = MappingProxyType(
     {
-        "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 3.0),
-        "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 3.0),
-        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.8), 0.5),
+        "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 5.0),
+        "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 9.0),
+        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 2.0, 1.2),
     }
 )
+
+
+DEEPER_M = 0.012
+"""How far the middle of a cage goes past that of a bar: its own bars reach 2 cm beyond its middle (assumed)."""
 
 
 def hand_stand(robot: str) -> HandStand:
@@ -70,7 +77,9 @@ def bar_handle(
         across += math.pi
     c, s = math.cos(figures.pitch_rad), math.sin(figures.pitch_rad)
     approach = (c * math.cos(across), c * math.sin(across), -s)
-    return Handle(centre, approach, (math.cos(bar_yaw_rad), math.sin(bar_yaw_rad), 0.0), mass_kg, to_centre)
+    x, y, z = (at + DEEPER_M * along for at, along in zip(centre, approach, strict=True))
+    down = (to_centre[0] + centre[0] - x, to_centre[1] + centre[1] - y, to_centre[2] + centre[2] - z)
+    return Handle((x, y, z), approach, (math.cos(bar_yaw_rad), math.sin(bar_yaw_rad), 0.0), mass_kg, down)
 
 
 def stand_at(robot: str, side: Side, centre: Vector, bar_yaw_rad: float, facing_rad: float) -> PlanarPose:

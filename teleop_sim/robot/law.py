@@ -190,6 +190,7 @@ def _named(gains, arrays):
     g = Gains(
         gains[0], gains[1], gains[2], gains[3], gains[4], gains[5], gains[6], gains[7], gains[8], gains[9],
         gains[10], gains[11], gains[12], gains[13], gains[14], gains[15], gains[16], gains[17],
+        gains[18],
     )  # fmt: skip
     return g, Arrays(*arrays)
 
@@ -222,7 +223,7 @@ def tick(row, gains, memory, qref, vref, extra, *arrays):
             tau[i] += a.inertia[k] * qdd[j]
             if j < i:
                 tau[j] += a.inertia[k] * qdd[i]
-    carry(foot_wrenches(row, a, tau, Rb, left), g, a, Jl, tau)
+    carry(foot_wrenches(row, g, a, tau, Rb, left), g, a, Jl, tau)
     # The actuators make force = kp (control - q) - kv qd all through the tick; tau is what they shall make on average,
     # so q and qd are those of the middle of the tick. Without this the servos brake every swing: the sole tilts by 14
     # degrees instead of 2, and standing feet slip four times as far.

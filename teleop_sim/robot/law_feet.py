@@ -46,7 +46,7 @@ def sole_task(i, row, g, memory, a, Jl, Jb):
 
 
 @register_jitable
-def foot_wrenches(row, a, tau, Rb, left):
+def foot_wrenches(row, g, a, tau, Rb, left):
     """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
     F, W = np.zeros((2, 6)), np.empty(6)
     for n in range(3):
@@ -59,8 +59,9 @@ def foot_wrenches(row, a, tau, Rb, left):
         for n in range(3):
             F[stance, n], F[stance, 3 + n] = W[n], W[3 + n] - t[n]
         return F
-    # A newton metre costs as much as a newton at 0.06 m, about the sole's half width.
-    cost = 0.0036
+    # A newton metre costs as much as a newton at the root of this; 0.06 m is about a sole's half width. The larger,
+    # the more of a twist is left to the soles' grip, and the less the legs push one against the other.
+    cost = g.twist_m2
     G, S = np.zeros((6, 6)), np.zeros((2, 3, 3))
     for i in range(2):
         share = max(left if i == 0 else 1 - left, 1e-4)

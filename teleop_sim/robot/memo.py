@@ -15,14 +15,14 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
-from weakref import WeakKeyDictionary
+from weakref import ref
 
 import numpy as np
 
 from teleop_sim.core.fingerprint import fingerprint
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body, RobotState
-from teleop_sim.robot.commands import Cloud, Command, Detect, Stop
+from teleop_sim.robot.commands import Command, Detect, Stop, Walk
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.world.digest import plant_digest
@@ -82,6 +82,24 @@ class Fresh:
         return sight.make(body, stream(seed, replicate, sight.name))
 
 
+class _Digests:
+    """Digests by which object it is: who comes again is not looked through again. Keeps nothing alive."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[ref[Any], bytes]] = {}
+
+    def of(self, value: Any, make: Callable[[], bytes] | None = None) -> bytes:
+        """The digest of a value that never changes; ``make`` it, or its fingerprint, the first time."""
+        place = id(value)
+        entry = self._known.get(place)
+        # A place in memory is given away again, but not while its first owner lives.
+        if entry is not None and entry[0]() is value:
+            return entry[1]
+        digest = fingerprint(value) if make is None else make()
+        self._known[place] = (ref(value, lambda _: self._known.pop(place, None)), digest)
+        return digest
+
+
 @dataclass(frozen=True)
 class Tally:
     """What a memo has done so far. ``spared_s``: simulated time of motion that was not stepped again."""
@@ -120,8 +138,7 @@ class Memo(Fresh):
         self.limit_bytes = limit_bytes
         self._kept: OrderedDict[bytes, tuple[Any, int]] = OrderedDict()
         self._bodies: OrderedDict[bytes, Body] = OrderedDict()
-        self._digests: WeakKeyDictionary[Body | Cloud, bytes] = WeakKeyDictionary()
-        self._spec: tuple[RobotSpec, bytes] | None = None
+        self._digests = _Digests()
         self._found: Counter[Kind] = Counter()
         self._made: Counter[Kind] = Counter()
         self._used_bytes = 0
@@ -130,7 +147,8 @@ class Memo(Fresh):
 
     def body(self, spec: RobotSpec, scenery: Scenery, disturbances: Disturbances = CALM) -> Body:
         """See ``Fresh.body``. Runs one after the other share it: it is scratch, and holds nothing between commands."""
-        key = fingerprint(self._spec_digest(spec), scenery, disturbances)
+        # A robot has some thousand numbers, and all runs of a sweep have the same one.
+        key = fingerprint(self._digests.of(spec), scenery, disturbances)
         body = self._bodies.get(key)
         if body is None:
             self._made["body"] += 1
@@ -153,8 +171,8 @@ class Memo(Fresh):
         start_s: float = 0.0,
     ) -> Episode:
         """See ``Fresh.perform``. ``start_s`` is not part of the question: it has no effect on what happens."""
-        asked = self._command_digest(command)
-        question = fingerprint("episode", self._digest(body), asked, state, key, float(until_s))
+        asked, begins = self._command_digest(command), self._digests.of(state)
+        question = fingerprint("episode", self._digest(body), asked, begins, key, float(until_s))
         episode: Episode | None = self._recall("episode", question)
         if episode is not None:
             self._spared_s += episode.physics_s
@@ -166,7 +184,7 @@ class Memo(Fresh):
 
     def look(self, body: Body, state: RobotState, sight: Sight, seed: int, replicate: int, now_s: float) -> Any:
         """See ``Fresh.look``."""
-        question = fingerprint("look", self._digest(body), state, seed, replicate, sight)
+        question = fingerprint("look", self._digest(body), self._digests.of(state), seed, replicate, sight)
         seen = self._recall("look", question)
         if seen is None:
             seen = super().look(body, state, sight, seed, replicate, now_s)
@@ -191,25 +209,15 @@ class Memo(Fresh):
         )
 
     def _digest(self, body: Body) -> bytes:
-        digest = self._digests.get(body)
-        if digest is None:
-            digest = self._digests[body] = fingerprint(plant_digest(body.plant), self._spec_digest(body.spec))
-        return digest
-
-    def _spec_digest(self, spec: RobotSpec) -> bytes:
-        # A robot has some thousand numbers, and all runs of a sweep have the same one.
-        if self._spec is None or self._spec[0] is not spec:
-            self._spec = (spec, fingerprint(spec))
-        return self._spec[1]
+        return self._digests.of(body, lambda: fingerprint(plant_digest(body.plant), self._digests.of(body.spec)))
 
     def _command_digest(self, command: Command) -> bytes:
-        if not isinstance(command, Detect) or command.cloud is None:
-            return fingerprint(command)
         # A cloud has a megabyte, and one that is remembered is asked about again and again.
-        digest = self._digests.get(command.cloud)
-        if digest is None:
-            digest = self._digests[command.cloud] = fingerprint(command.cloud)
-        return fingerprint(replace(command, cloud=None), digest)
+        if isinstance(command, Detect) and command.cloud is not None:
+            return fingerprint(replace(command, cloud=None), self._digests.of(command.cloud))
+        if isinstance(command, Walk) and command.clouds:
+            return fingerprint(replace(command, clouds=()), *map(self._digests.of, command.clouds))
+        return fingerprint(command)
 
     def _recall(self, kind: Kind, question: bytes) -> Any:
         entry = self._kept.get(question)

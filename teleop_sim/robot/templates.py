@@ -53,11 +53,22 @@ ATLAS_ARMS = {
     "r_arm_elx": -1.0,
 }
 
+# Elbows out: with upper arms down the wrist is bent, and a wheel of 3 N m takes all of its 5.1 N m; so 84 %.
+THORMANG3_ARMS = {
+    "l_arm_sh_p1": 0.0,
+    "r_arm_sh_p1": 0.0,
+    "l_arm_sh_r": 0.2,
+    "r_arm_sh_r": -0.2,
+    "l_arm_el_y": 0.8,
+    "r_arm_el_y": -0.8,
+}
+
 CRANK_STANDS: Mapping[str, CrankStand] = MappingProxyType(
     {
         # Elbows out: with arms as for walking the search slips into postures with the upper arm in the torso.
         "valkyrie": CrankStand(0.57, 0.27, {"rightShoulderRoll": 0.7, "leftShoulderRoll": -0.7}),
         "atlas": CrankStand(0.75, 0.25, ATLAS_ARMS),
+        "thormang3": CrankStand(0.51, 0.28, THORMANG3_ARMS),
     }
 )
 """By robot: the middle of where the whole circle is reached, with 2.5 cm to spare in any direction (measured)."""

@@ -246,7 +246,7 @@ class Stops:
 def test_an_interruption_in_the_middle_of_a_chunk_loses_nothing(tmp_path, n):
     path = tmp_path / "run.mcap"
     log = LogWriter(path)
-    log._mcap._Writer__stream = Stops(log._stream, n)
+    log._mcap.stream = Stops(log._stream, n)
     records = [STARTED, *(Scored(float(i), i, "x" * i) for i in range(100)), ENDED]
     done = 0
     try:

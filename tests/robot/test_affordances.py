@@ -280,6 +280,13 @@ def test_a_screw_goes_two_turns_with_a_wrong_template(study: ModuleType) -> None
     assert trial.aside_m > 0.005
 
 
+def test_a_wheel_is_turned_in_strokes_with_a_new_grip_each(study: ModuleType) -> None:
+    trial = study.Trial(study.Setting("valkyrie", "wheel"), 1).in_strokes(math.pi / 4)
+    assert trial.done, trial
+    # Each grip may lose the handle's 2 mm of play, of 123 mm, and each stroke ends within 2 mm.
+    assert abs(trial.true - trial.asked) < 2 * 2 * 0.002 / 0.123 + 0.02
+
+
 @pytest.mark.parametrize("limit_n", [15.0, 60.0])
 def test_what_is_stuck_ends_at_the_force_limit(study: ModuleType, limit_n: float) -> None:
     setting = study.Setting("valkyrie", "slide", resist_n=(1000.0, 1000.0), force_limit_n=limit_n)

@@ -16,6 +16,7 @@ from teleop_sim.robot.episode import NoiseKey, perform
 from teleop_sim.robot.fingers import VALKYRIE
 from teleop_sim.robot.hands import HANDS, base_name, robot_of
 from teleop_sim.robot.kinematics import build
+from teleop_sim.robot.memo import Memo
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.templates import crank_stand
 from teleop_sim.world import console
@@ -62,6 +63,16 @@ def test_what_there_is_not_is_refused_with_what_there_is(name):
     with pytest.raises(UnknownName) as refused:
         robot_of(name)
     assert set(refused.value.args[2]) & (set(HANDS) | set(ROBOTS))
+
+
+def test_hands_tell_plants_apart_and_builds_do_not():
+    digests = {name: plant_digest(Plant(robot_of(name).model, BareFloor())) for name in [*FITTED, "valkyrie", "atlas"]}
+    assert len(set(digests.values())) == len(digests)
+    memo = Memo()
+    body = memo.body(robot_of("valkyrie+fingers"), BareFloor())
+    assert plant_digest(body.plant) == digests["valkyrie+fingers"]
+    assert memo.body(robot_of("valkyrie+fingers"), BareFloor()) is body
+    assert memo.body(robot_of("valkyrie+pads"), BareFloor()) is not body
 
 
 # Mass and shape ----------------------------------------------------------------------------------------------------

@@ -1,60 +1,29 @@
 """Act: move what the hand holds along a line, round an axis or along a screw, as far as it was told.
 
 What closes the loop is measured: the place of the hand (or of the tool in it), and the force at the wrist. The thing is
-known by these alone. The felt resistance is fed forward and moves the ZMP. A thing that guides the hand pushes it
-sideways where the believed path is wrong: the hand gives way, and learns from where it is led where the axis is. A tool
-that nothing guides is kept on its path.
+known by these alone. See ``teleop_sim.robot.skills.acting`` for the loop.
+
+Not modelled: shapes round the thing and the held tool, when the way is checked for collisions (the robot itself is).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
-from teleop_sim.robot import law
-from teleop_sim.robot.affordance import metres_per_unit, moved, within
-from teleop_sim.robot.affordance_table import BEYOND_M, MotionTable, Way, motion_table, with_tool
-from teleop_sim.robot.axis_fit import axis_fit
+from teleop_sim.robot.affordance import within
+from teleop_sim.robot.affordance_table import MotionTable, Way, motion_table, with_tool
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.commands import Act
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.manipulate import PEAK_RATE_RAD_S, Arm, arm_of, plan_stance, rest_posture, smooth
-from teleop_sim.world.plant import GRAVITY_M_S2
-from teleop_sim.world.senses import wrenches
+from teleop_sim.robot.skills.acting import DONE_M, Actor
+from teleop_sim.robot.skills.manipulate import Arm, arm_of, plan_stance, rest_posture
 
-SPEED_M_S = 0.05
-"""Of the tool along its path: a crank's turn takes 15 s (assumed; twelve were measured to hold)."""
-SPEED_UP_M_S2, SLOW_DOWN_M_S2 = 0.05, 0.15
-APPROACH_S = 1.0
-"""Time constant towards the end (assumed)."""
-LAG_FREE_M, LAG_STOP_M = 0.02, 0.05
-"""The hand may trail its reference by this much at full speed; at the second the reference waits for it (assumed)."""
-DONE_M = 0.002
-PUSH_N_S = 40.0
-"""Slew of the force fed forward: as for cranks."""
-FEEL_S, LEAN_S = 0.06, 0.2
-"""Time constants of the felt force, for the loop and for the balance (assumed)."""
-YIELD_M_NS, YIELD_FROM_N = 0.002, 2.0
-"""How fast a guided hand gives way sideways: 10 N move it by 16 mm/s (assumed)."""
-FORGET_S = 0.5
-KEEP_1_S = 1.5
-"""How fast a tool's felt error sideways is worked off (assumed)."""
-ASIDE_M = 0.12
-"""The hand never goes further aside than this: more than any template is wrong (assumed)."""
-OFF_PATH_M = 0.15
-TOUCH_N = 3.0
-UNTOUCHED_M = 0.04
-"""A thing resists all the way; a hand that feels nothing for so far holds nothing (assumed)."""
-LEARN_M_S = 0.03
-"""How fast the reference follows what is learned of the axis (assumed: less than the hand's own speed)."""
-STILL_S, STILL_M = 4.0, 0.003
 RELAX_S = 0.6
-EASE_S = 1.0
+"""For the hand to lose its load (assumed: as cranking's)."""
 
 CAUSES = {
     "reached": "the thing has been moved as far as asked",
@@ -87,261 +56,50 @@ class ActReport:
     stage: str
 
 
-@dataclass
-class Moving:
-    """What changes from tick to tick; lengths are along the path, positive in the sense of the motion.
-
-    Attributes:
-        place_m, velocity_m_s: of the reference. hand_m: of the felt tool, ``amount`` the same in the affordance's unit.
-        force: (3,) of the hand on the thing, felt [N]; ``slow`` smoother; ``peak_n`` its greatest size.
-        push_n: feed-forward along the motion.
-        aside: (3,) how far the reference is moved off the believed path [m]; ``off_m`` the felt tool at most.
-        slack_m: how far the hand went before it first felt the thing: the thing has not gone along.
-        touched_m, moved_m, moved_tick: where a force was last felt, where and when the thing last moved.
-        bent: (3,) how far the learned path is from the believed one at the reference [m].
-        ticks: since the start.
-
-    """
-
-    place_m: float = 0.0
-    velocity_m_s: float = 0.0
-    hand_m: float = 0.0
-    amount: float = 0.0
-    push_n: float = 0.0
-    peak_n: float = 0.0
-    off_m: float = 0.0
-    slack_m: float = 0.0
-    touched_m: float = -1.0
-    moved_m: float = 0.0
-    moved_tick: int = 0
-    ticks: int = 0
-    force: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    slow: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    aside: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    bent: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    deviation: np.ndarray = field(default_factory=lambda: np.zeros(3))
-
-
-def clamp(value: float, low: float, high: float) -> float:
-    """``value`` kept within [low, high]."""
-    return min(max(value, low), high)
-
-
-class Actor:
-    """One ``Act``: the table, the senses and the rules that end it."""
-
-    def __init__(self, arm: Arm, command: Act, table: MotionTable, way: Way) -> None:
-        self.arm, self.command, self.table, self.way = arm, command, table, way
-        self.unit_m = metres_per_unit(way.affordance, way.start)
-        self.sign = math.copysign(1.0, way.amount)
-        self.length_m = abs(way.amount) * self.unit_m
-        self.row_m = abs(float(table.amounts[1] - table.amounts[0])) * self.unit_m
-        self.first_m = -abs(float(table.amounts[0])) * self.unit_m
-        self.upper = table.q[:, arm.upper]
-        self.push = table.push[:, :, arm.upper - 1]
-        self.aside = table.aside[:, :, arm.upper - 1]
-        self.jaws = arm.body.jaws
-        self.palm = palm_of(arm)
-        self.weight_n = hand_weight_n(arm) + (command.usability.mass_kg * GRAVITY_M_S2 if command.usability else 0.0)
-        self.offset = arm.body.posture - self._row(0.0)[0]
-        self.row = arm.body.stand
-        self.now = Moving()
-        self.axis = axis_fit(way.affordance, way.start)
-
-    # Feeling -------------------------------------------------------------------------------------------------------
-
-    def sense(self) -> str:
-        """Read hand and wrist. Return an outcome that ends the motion, or nothing."""
-        now, body = self.now, self.arm.body
-        now.ticks += 1
-        tool = self.arm.tool()
-        if self.command.usability is None:
-            self.axis = self.axis.seen(tool, now.amount)
-        now.amount, now.deviation = self.axis.felt(tool, now.amount)
-        now.hand_m = self.sign * now.amount * self.unit_m
-        now.off_m = max(now.off_m, float(np.linalg.norm(now.deviation + now.bent)))
-        force = self._wrist()
-        now.force = now.force + (force - now.force) * min(1.0, body.tick_s / FEEL_S)
-        now.slow = now.slow + (force - now.slow) * min(1.0, body.tick_s / LEAN_S)
-        now.peak_n = max(now.peak_n, float(np.linalg.norm(force)))
-        self._touch(body.hand_force(self.arm.side))
-        if abs(now.hand_m - now.moved_m) > STILL_M:
-            now.moved_m, now.moved_tick = now.hand_m, now.ticks
-        return self._ended(float(np.linalg.norm(force)))
-
-    def _touch(self, force_n: float) -> None:
-        now = self.now
-        if force_n > TOUCH_N:
-            now.touched_m = now.hand_m
-        elif now.touched_m < 0.0:
-            now.slack_m = clamp(now.hand_m, now.slack_m, BEYOND_M)
-
-    def _ended(self, force_n: float) -> str:
-        now, tick_s = self.now, self.arm.body.tick_s
-        if force_n > self.command.force_limit_n:
-            return "force_limit"
-        if abs(now.hand_m - max(now.touched_m, 0.0)) > UNTOUCHED_M or float(np.linalg.norm(now.deviation)) > OFF_PATH_M:
-            return "grip_lost"
-        if (now.ticks - now.moved_tick) * tick_s > STILL_S:
-            return "no_motion"
-        return "timed_out" if now.ticks * tick_s > self.command.time_limit_s else ""
-
-    def _wrist(self) -> np.ndarray:
-        """Force (3,) of the hand on the thing [N], in the odometry frame: what the arm gives beyond the weight."""
-        kinematics = self.arm.kinematics
-        turn = kinematics.data.oMi[kinematics.carriers[self.palm]].rotation
-        (wrist,) = wrenches(self.arm.body.plant, (self.palm,))
-        force = turn @ wrist.force_n
-        force[2] -= self.weight_n
-        return np.asarray(force)
-
-    def missing_m(self) -> float:
-        """What is left of the path."""
-        return self.length_m + self.now.slack_m - self.now.hand_m
-
-    # Moving --------------------------------------------------------------------------------------------------------
-
-    def advance(self) -> Tick:
-        """Move the reference on: slower near the end and when the hand trails."""
-        now, tick_s = self.now, self.arm.body.tick_s
-        left_m = self.missing_m()
-        fastest = PEAK_RATE_RAD_S / max(float(np.abs(self._row(now.place_m)[1]).max()), 1e-9)
-        wanted = clamp(left_m / APPROACH_S, -min(SPEED_M_S, fastest), min(SPEED_M_S, fastest))
-        lag_m = math.copysign(1.0, left_m) * (now.place_m - now.hand_m)
-        wanted *= clamp((LAG_STOP_M - lag_m) / (LAG_STOP_M - LAG_FREE_M), 0.0, 1.0)
-        change = wanted - now.velocity_m_s
-        most = (SPEED_UP_M_S2 if change * now.velocity_m_s >= 0.0 else SLOW_DOWN_M_S2) * tick_s
-        now.velocity_m_s += clamp(change, -most, most)
-        self._place(now.place_m + now.velocity_m_s * tick_s)
-        resisted = float(now.force @ self._direction())
-        goal = clamp(resisted, 0.0, self.command.force_limit_n)
-        now.push_n += clamp(goal - now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
-        self._step_aside(tick_s)
-        return self.tick()
-
-    def relax(self) -> Tick:
-        """Bring the reference back to the hand and take the push off, so that nothing springs when the hand opens.
-
-        A tool stays where it is: nothing but the arm holds it up.
-        """
-        now, tick_s = self.now, self.arm.body.tick_s
-        now.velocity_m_s = 0.0
-        if self.command.usability is not None:
-            self._step_aside(tick_s)
-            return self.tick()
-        self._place(now.place_m + clamp(now.hand_m - now.place_m, -SPEED_M_S * tick_s, SPEED_M_S * tick_s))
-        now.push_n -= clamp(now.push_n, -PUSH_N_S * tick_s, PUSH_N_S * tick_s)
-        self._step_aside(tick_s)
-        return self.tick()
-
-    def _place(self, place_m: float) -> None:
-        """The table ends a little beyond what was asked for."""
-        self.now.place_m = clamp(place_m, self.first_m, self.first_m + self.row_m * (len(self.upper) - 1))
-
-    def _direction(self) -> np.ndarray:
-        return self.sign * self.axis.course(self.now.amount)
-
-    def _bend(self, tick_s: float) -> None:
-        """Follow what has been learned of the axis."""
-        now, amount = self.now, self.sign * self.now.place_m / self.unit_m
-        believed = moved(self.way.affordance, amount, self.way.start)
-        change = self.axis.at(amount) - believed - now.bent
-        now.bent = now.bent + change * min(1.0, LEARN_M_S * tick_s / max(float(np.linalg.norm(change)), 1e-9))
-
-    def _step_aside(self, tick_s: float) -> None:
-        """Give way to what guides the hand, or bring back a tool that nothing guides."""
-        now, along = self.now, self._direction()
-        self._bend(tick_s)
-        if self.command.usability is None:
-            force = now.force - (now.force @ along) * along
-            size_n = float(np.linalg.norm(force))
-            rate = -YIELD_M_NS * force * max(0.0, 1.0 - YIELD_FROM_N / max(size_n, 1e-9))
-            # What was sideways a quarter of a turn ago is along the path now, and would hold the hand back.
-            rate = rate - (now.aside @ along) / FORGET_S * along
-        else:
-            rate = -KEEP_1_S * now.deviation
-        now.aside = now.aside + tick_s * rate
-        now.aside *= min(1.0, ASIDE_M / max(float(np.linalg.norm(now.aside)), 1e-9))
-
-    def _row(self, place_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Posture, its change a metre, torques of 1 N and joint changes of 1 m, at a place of the path."""
-        at = (place_m - self.first_m) / self.row_m
-        k = min(max(int(at), 0), len(self.upper) - 2)
-        share, slope = at - k, self.upper[k + 1] - self.upper[k]
-        near = k if share < 0.5 else k + 1
-        return self.upper[k] + share * slope, slope / self.row_m, self.push[near], self.aside[near]
-
-    def tick(self) -> Tick:
-        """The table's posture at the reference's place, eased in from the posture at the start."""
-        now = self.now
-        posture, slope, push, aside = self._row(now.place_m)
-        posture = posture + (now.aside + now.bent) @ aside
-        ease = 1.0 - smooth(now.ticks * self.arm.body.tick_s / EASE_S)
-        if ease > 0.0:
-            posture = posture + ease * self.offset
-        stance = self.row.copy()
-        stance[law.ZMP : law.ZMP + 2] += self._lean()
-        return Tick(posture, slope * now.velocity_m_s, now.push_n * (self._direction() @ push), self.jaws, stance)
-
-    def _lean(self) -> np.ndarray:
-        """How far the ZMP must move (2,) [m], so that the centre of mass stays; see ``follow.zmp_shifts``."""
-        force, body = self.now.slow, self.arm.body
-        com = body.stand[law.XI : law.XI + 2]
-        place = self.arm.tool()
-        height_m = place[2] - body.ground_z_m()
-        weight_n = self.arm.kinematics.mass_kg * GRAVITY_M_S2
-        return np.asarray(-(height_m * force[:2] - (place[:2] - com) * force[2]) / weight_n)
-
-    def report(self) -> ActReport:
-        """What the robot knows at the end."""
-        now = self.now
-        return ActReport(now.amount, self.table.reach, now.peak_n, now.push_n, now.off_m, self.table.stage)
-
-
-def hand_weight_n(arm: Arm) -> float:
-    """What the wrist carries: everything beyond the arm's last joint, and the hand's jaws."""
-    kinematics = arm.kinematics
-    data = kinematics.model.createData()
-    pin.computeSubtreeMasses(kinematics.model, data)
-    return float(data.mass[kinematics.carriers[palm_of(arm)]]) * GRAVITY_M_S2
-
-
-def palm_of(arm: Arm) -> str:
-    """The link that carries the hand: its force-torque sensor sits at the joint that moves it."""
-    return next(mount.palm for mount in arm.body.spec.model.hands if mount.side == arm.side)
-
-
 def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:
-    """Move a held thing. Ends as ``Act`` says; data: ``ActReport``.
+    """Move a held thing. Ends as ``Act`` says; data: ``ActReport`` (None beyond the affordance's extent).
 
     The posture table is planned from where the hand is felt to be. An amount out of reach ends ``no_plan`` and says
     how much of it is in reach: ``affordance.strokes`` cuts it.
     """
+    if not within(command.affordance, command.amount):
+        low, high = command.affordance.extent
+        return Done("no_plan", f"the thing goes from {low} to {high} {command.affordance.unit}")
     arm = arm_of(body, command.side)
     if command.usability is not None:
         arm = replace(arm, kinematics=with_tool(arm.kinematics, arm.side, command.usability))
-    if not within(command.affordance, command.amount):
-        return Done("no_plan", f"the thing goes from {command.affordance.extent[0]} to {command.affordance.extent[1]}")
-    rotation, position = arm.hand()
-    way = Way(command.affordance, command.amount, position, rotation[:, 2])
-    now, stance = plan_stance(arm)
-    table = motion_table(arm.kinematics, arm.side, stance, rest_posture(arm, stance), now, way)
-    if not table.usable:
-        report = ActReport(0.0, table.reach, 0.0, 0.0, 0.0, table.stage)
-        return Done("no_plan", f"out of reach beyond {table.reach:.3f} {command.affordance.unit}", report)
-    touches = Collisions(arm.robot, ()).along(list(table.q), 0.0)
-    if touches is not None:
-        report = ActReport(0.0, table.reach, 0.0, 0.0, 0.0, table.stage)
-        return Done("no_plan", "{} would touch {}".format(*touches), report)
+    way, table = _planned(arm, command)
+    refusal = _refusal(arm, way, table)
+    if refusal:
+        return Done("no_plan", refusal, ActReport(0.0, table.reach, 0.0, 0.0, 0.0, table.stage))
     actor = Actor(arm, command, table, way)
     outcome = yield from _until_there(actor)
     resisted_n = actor.now.push_n
     for _ in range(round(RELAX_S / body.tick_s)):
         actor.sense()
         yield actor.relax()
-    report = replace(actor.report(), resisted_n=resisted_n)
+    now = actor.now
+    report = ActReport(now.amount, table.reach, now.peak_n, resisted_n, now.off_m, table.stage)
     told = f"{CAUSES[outcome]}; {report.amount:.3f} of {command.amount:.3f} {command.affordance.unit}"
     return Done(outcome, f"{told}, {report.peak_n:.0f} N at most", report)
+
+
+def _planned(arm: Arm, command: Act) -> tuple[Way, MotionTable]:
+    """The way from where the hand or its tool is felt to be, and postures along it."""
+    rotation, position = arm.hand()
+    way = Way(command.affordance, command.amount, position, rotation[:, 2])
+    now, stance = plan_stance(arm)
+    return way, motion_table(arm.kinematics, arm.side, stance, rest_posture(arm, stance), now, way)
+
+
+def _refusal(arm: Arm, way: Way, table: MotionTable) -> str:
+    """Why a table will not do, or nothing."""
+    if not table.usable:
+        return f"out of reach beyond {table.reach:.3f} {way.affordance.unit}"
+    shares = table.amounts / way.amount if way.amount else np.zeros(len(table.amounts))
+    asked = table.q[(shares > -1e-9) & (shares < 1.0 + 1e-9)]
+    touches = Collisions(arm.robot, ()).along(list(asked), 0.0)
+    return "" if touches is None else "{} would touch {}".format(*touches)
 
 
 def _until_there(actor: Actor) -> Generator[Tick, None, str]:

@@ -69,7 +69,7 @@ def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
     gait = body.spec.gait
     yield from _square(body)
     here = g.body_between(body.feet())
-    with_shift = command.turn_rad if abs(command.turn_rad) < g.small_turn_rad(gait) else 0.0
+    with_shift = command.turn_rad if abs(command.turn_rad) <= gait.turn_walking_rad else 0.0
     shift = g.shift_bodies(here, command.forward_m, command.left_m, gait, with_shift)
     if shift:
         yield from _follow_plan(body, g.steps_along(shift, g.first_foot(0.0, command.left_m), gait))
