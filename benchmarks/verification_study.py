@@ -1,7 +1,8 @@
 """What a second look is worth: levels of autonomy against delay, where detection is good and where it is not.
 
-``python benchmarks/verification_study.py SCENARIO POLICY FIRST LAST`` runs replicates FIRST to LAST of every cell and prints
-a CSV line for each: scenario, policy, replicate, level, one-way delay [s], outcome, time [s], round trips, rejections.
+``python benchmarks/verification_study.py SCENARIO POLICY FIRST LAST`` runs replicates FIRST to LAST of every cell and
+prints a CSV line for each: scenario, policy, replicate, level, one-way delay [s], outcome, time [s], round trips,
+rejections.
 Event-only but for about one physical run a level and replicate: the memo is shared by the delays.
 """
 

@@ -3,7 +3,7 @@
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
 ``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
-``command_messages.py``, ``down_messages.py`` or ``picture_messages.py``, and its name here.
+``command_messages.py``, ``down_messages.py``, ``picture_messages.py`` or ``mark_messages.py``, and its name here.
 """
 
 from __future__ import annotations
@@ -39,12 +39,10 @@ from teleop_sim.channel.down_messages import (
     SyncState,
     Withdrawn,
 )
+from teleop_sim.channel.mark_messages import MARK_NAMES, Marks, PixelMark
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
 from teleop_sim.channel.picture_messages import (
-    MARK_NAMES,
     Image,
-    Marks,
-    PixelMark,
     VoxelCloud,
     WebpImage,
     encode_image,

@@ -15,11 +15,11 @@ from teleop_sim.operators.interventions import Interventions, commands, load_int
 
 
 class Policy(Protocol):
-    """Decides what to send. ``verifies``: claims are compared with pictures first; the field site is told beforehand."""
+    """Decides what to send."""
 
     @property
     def verifies(self) -> bool:
-        """Does the operator compare claims with pictures?"""
+        """Does the operator compare claims with pictures? The field site is told beforehand."""
         ...
 
     def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:

@@ -278,7 +278,10 @@ def describe(message: Message, question: str) -> str:
 def judged_record(now_s: float, request: int, event: str, picture: int, judgement: Judgement | None) -> Judged:
     """What was made of a claim; None: the picture does not show it."""
     if judgement is None:
-        return Judged(now_s, request, event, picture, "", *[math.nan] * 5, "unseen")
+        nothing = math.nan
+        return Judged(
+            now_s, request, event, picture, "", nothing, nothing, nothing, nothing, nothing, verdict="unseen"
+        )  # fmt: skip
     found, verdict = judgement.found, "rejected" if judgement.rejected else "accepted"
     return Judged(
         now_s, request, event, picture, found.what, found.offset_px, found.sigma_px, found.d_prime,

@@ -1,16 +1,19 @@
 """What an eye makes of a picture that has arrived and of marks laid over it: is the thing where the robot says it is?
 
-Two steps. An *ideal observer* finds, in the pixels that arrived, the place near a mark that looks most like what is
-marked: normalised correlation with its plain appearance (a wheel is a disc darker than the console around it, a knob a
-ball brighter than the wheel under it) and with its rim; of places that look nearly alike the nearest one. Then a *person's* judgement by signal detection: evidence is d' plus a standard
-normal, d' the offset over what an eye can tell; evidence above the person's criterion is a rejection. So the false-alarm
-rate of a claim that is exactly right is Phi(-criterion), and a hit's Phi(d' - criterion).
+Two steps. An *ideal observer* measures, in the pixels that arrived, how far a thing is from its mark. It takes the
+place that looks most like it: normalised correlation with its plain appearance (a wheel is a disc darker than the
+console around it, a knob a ball brighter than the wheel under it) and with its rim; of places that look nearly alike
+the nearest. Two wheels must also stand on one plain body. Then a *person* judges, by signal detection: evidence is d'
+plus a standard normal, d' the offset (or unevenness) over what an eye can tell; evidence above the person's criterion
+is a rejection. So where nothing is off the false-alarm rate is Phi(-criterion), and the rate of hits Phi(d' -
+criterion).
 
 Everything is made of bytes that have arrived, and of what a console looks like, which everybody knows beforehand.
 
 Sources: D. M. Green, J. A. Swets, Signal Detection Theory and Psychophysics (1966); N. A. Macmillan, C. D. Creelman,
 Detection Theory: A User's Guide (yes/no task, equal variances): d' = z(H) - z(F). J. P. Lewis, Fast Normalized
-Cross-Correlation (1995). The bound on the ideal observer's place is Cramér's and Rao's for a known shape in white noise.
+Cross-Correlation (1995). The bound on the ideal observer's place is that of Cramér and Rao for a known shape in white
+noise.
 
 Not modelled: colour (pictures are grey), depth (an offset along the line of sight does not show), learning, haste.
 """
@@ -250,7 +253,7 @@ def _middle(inside: Floats, reach: int) -> Floats:
 
 
 def _correlation(pixels: Floats, inside: Floats, shape: Floats, weight: Floats) -> Floats:
-    """Weighted normalised correlation at every place of the search, (2 reach + 1, 2 reach + 1); -1 where too little shows."""
+    """Weighted normalised correlation at every place searched, (2 reach + 1, 2 reach + 1); -1: too little shows."""
     size = (pixels.shape[0] + shape.shape[0] - 1, pixels.shape[1] + shape.shape[1] - 1)
     valid = tuple(slice(s - 1, p) for s, p in zip(shape.shape, pixels.shape, strict=True))
 

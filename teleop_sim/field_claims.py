@@ -55,7 +55,7 @@ def _rim(mark: Mark, pose: SensorPose, middle: np.ndarray) -> np.ndarray:
         c, s = math.cos(heading), math.sin(heading)
         (x, _, z), *_ = wheel_axes()
         first, second = np.array([c * x, s * x, z]), np.array([-s, c, 0.0])
-    return np.outer(np.cos(RIM), first) + np.outer(np.sin(RIM), second)
+    return np.asarray(np.outer(np.cos(RIM), first) + np.outer(np.sin(RIM), second))
 
 
 def claimed_records(

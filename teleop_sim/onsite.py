@@ -85,7 +85,7 @@ class RobotOnSite:
         return self._physics.look(self._body, self._now(), sight, self._seed, self._replicate, float(self._env.now))
 
     def true_places(self) -> Mapping[str, Vector]:
-        """Where the things truly are that the robot may claim to see: for the log, never for the robot or its operator."""
+        """Where the things truly are that the robot may claim to see: for the log, not for robot or operator."""
         body = self.seen()
         scenery = body.plant.scenery
         return scenery.places(body.plant) if isinstance(scenery, HasPlaces) else {}

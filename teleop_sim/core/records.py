@@ -294,10 +294,10 @@ class OperatorActed(Record):
 class Judged(Record):
     """An operator compared a claim of the robot with the picture that had arrived.
 
-    ``offset_px``: of what the picture shows from where the claim has it, of the worst mark, whose name is ``what``.
-    ``sigma_px``: what an eye can tell. ``d_prime`` is their ratio, and ``evidence`` that and the eye's noise: a claim is
-    rejected where it exceeds ``criterion``. ``verdict``: ``accepted``, ``rejected``, or ``unseen`` where the picture
-    that has arrived does not show it (NaN then).
+    ``offset_px``: of what the picture shows from where the claim has it, of the worst thing, whose name is ``what``.
+    ``sigma_px``: what an eye can tell. ``d_prime`` is their ratio (of a ``body``, whose offset is NaN, how uneven it
+    is), and ``evidence`` that and the eye's noise: a claim is rejected where it exceeds ``criterion``. ``verdict``:
+    ``accepted``, ``rejected``, or ``unseen`` where the picture that has arrived does not show it (all NaN then).
     """
 
     request: int

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from teleop_sim.world import console
+from teleop_sim.world import console, dish_scorer
 from teleop_sim.world import dish_layout as lay
-from teleop_sim.world import dish_scorer
 from teleop_sim.world.description import Vector
 from teleop_sim.world.dish import SOIL_Z_M, DishSignals, add_dish_world
 from teleop_sim.world.dish_draw import DishWorld
