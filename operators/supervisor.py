@@ -207,6 +207,8 @@ class Supervisor:
         if shown is None:
             return
         (image, marks), rng = shown, self._draws(Purpose.JUDGE, request.request)
+        if image in self._unread:
+            self._unread.remove(image)
         judgement = judge(image.pixels(), marks.places, self._criterion, rng)
         self.belief.note_judgement(request, judgement)
         event = self.belief.machine.table[request.edge].event
