@@ -33,7 +33,7 @@ Floats = npt.NDArray[np.float64]
 
 CRITERION: Final = 6.0
 """Default of a person's criterion (assumed): so far off that a grasp, which bears 2 cm or 4.5 px at the console, would
-surely miss; a claim that is right is refused in about one case of twelve (docs/operator.md)."""
+surely miss; a claim that is right is refused in about one case of six (docs/operator.md)."""
 
 EYE_PX: Final = 1.0
 """Standard deviation with which a middle is seen off a mark on the screen (assumed: a pixel)."""

@@ -47,7 +47,9 @@ def test_every_claim_that_is_asked_about_comes_with_marks_and_is_judged():
 
 def test_the_truth_of_a_claim_is_that_of_the_plant():
     for claim in of(told("verify", "high"), Claimed):
-        assert claim.error_m == pytest.approx(sum((a - b) ** 2 for a, b in zip(claim.claimed, claim.true)) ** 0.5)
+        assert claim.error_m == pytest.approx(
+            sum((a - b) ** 2 for a, b in zip(claim.claimed, claim.true, strict=True)) ** 0.5
+        )
         # Fine detection errs by 3 mm with the data sheet's noise (docs/perception.md), never by a knob's diameter here.
         assert claim.error_m < 0.058
 

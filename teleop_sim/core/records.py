@@ -295,8 +295,8 @@ class Judged(Record):
     """An operator compared a claim of the robot with the picture that had arrived.
 
     ``offset_px``: of what the picture shows from where the claim has it, of the worst thing, whose name is ``what``.
-    ``sigma_px``: what an eye can tell. ``d_prime`` is their ratio (of a ``body``, whose offset is NaN, how uneven it
-    is), and ``evidence`` that and the eye's noise: a claim is rejected where it exceeds ``criterion``. ``verdict``:
+    ``sigma_px``: what an eye can tell. ``d_prime_sd`` is their ratio (of a ``body``, whose offset is NaN, how uneven it
+    is), and ``evidence_sd`` that and the eye's noise: a claim is rejected where it exceeds ``criterion_sd``. ``verdict``:
     ``accepted``, ``rejected``, or ``unseen`` where the picture that has arrived does not show it (all NaN then).
     """
 
@@ -306,7 +306,7 @@ class Judged(Record):
     what: str
     offset_px: float
     sigma_px: float
-    d_prime: float
-    evidence: float
-    criterion: float
+    d_prime_sd: float
+    evidence_sd: float
+    criterion_sd: float
     verdict: str

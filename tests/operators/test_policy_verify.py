@@ -101,7 +101,7 @@ def test_a_claim_that_the_picture_belies_is_rejected():
     assert judged.verdict == "rejected"
     # 20 px across and 20 up: beyond the search for a knob of 6 px no more is known than that it is far.
     assert judged.offset_px == pytest.approx(20.0 * 2**0.5, abs=3.0)
-    assert judged.d_prime > judged.criterion
+    assert judged.d_prime_sd > judged.criterion_sd
 
 
 def test_who_only_supervises_confirms_it_without_looking():
