@@ -296,8 +296,9 @@ class Judged(Record):
 
     ``offset_px``: of what the picture shows from where the claim has it, of the worst thing, whose name is ``what``.
     ``sigma_px``: what an eye can tell. ``d_prime_sd`` is their ratio (of a ``body``, whose offset is NaN, how uneven it
-    is), and ``evidence_sd`` that and the eye's noise: a claim is rejected where it exceeds ``criterion_sd``. ``verdict``:
-    ``accepted``, ``rejected``, or ``unseen`` where the picture that has arrived does not show it (all NaN then).
+    is), and ``evidence_sd`` that and the eye's noise: a claim is rejected where it exceeds ``criterion_sd``.
+    ``verdict``: ``accepted``, ``rejected``, or ``unseen`` where the picture that has arrived does not show it (all NaN
+    then).
     """
 
     request: int
