@@ -70,8 +70,7 @@ def looked(memory: Memory) -> tuple[Detect, ...]:
     while True:
         try:
             step = program.send(reply)
-        except StopIteration as end:
-            assert end.value == "/DETECTED_PANEL"
+        except StopIteration:
             return tuple(asked)
         reply = None
         if isinstance(step, Detect):
