@@ -52,6 +52,8 @@ WITHIN: dict[Thing, float] = {"slide": 0.02, "wheel": math.radians(10.0), "screw
 LIFT_M = 0.10
 SINK_M = 0.008
 STANCE_M, STANCE_RAD = 0.02, math.radians(3.0)
+HELD_M = 0.012
+"""From the middle of the cage to the handle's: 2 mm play, and what a loaded hand is askew."""
 TILT_RAD_M = math.radians(1.0) / 0.01
 
 PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
@@ -69,8 +71,8 @@ PLACES: dict[str, dict[Thing, tuple[float, float, float]]] = {
     },
     "thormang3": {
         "slide": (0.52, 0.28, 0.70),
-        "wheel": (0.48, 0.27, 0.68),
-        "screw": (0.48, 0.27, 0.68),
+        "wheel": (0.45, 0.20, 0.70),
+        "screw": (0.45, 0.20, 0.70),
         "rod": (0.42, 0.22, 0.60),
     },
 }
@@ -106,6 +108,7 @@ class Tried:
     resist_n: float
     duration_s: float
     within: float
+    held: bool
 
     @property
     def done(self) -> bool:
@@ -242,8 +245,14 @@ class Trial:
                 break
             self.gone, peak_n = self.gone + episode.data.amount, max(peak_n, episode.data.peak_n)
         true = amount(self.body.plant, thing) - before
-        within = WITHIN[thing]
-        return Tried(self.seed, told, ASKED[thing], true, self.gone, peak_n, 0.0, self.resist_n(), seconds, within)
+        goal, within, resist_n = ASKED[thing], WITHIN[thing], self.resist_n()
+        return Tried(self.seed, told, goal, true, self.gone, peak_n, 0.0, resist_n, seconds, within, told == "reached")
+
+    def held(self) -> bool:
+        """Whether the handle is between the bars: a hand that came down beside it can still push it along."""
+        rotation, position = self.arm().hand()
+        knob = self.body.plant.data.geom("benchKnob").xpos
+        return math.hypot(*(rotation.T @ (knob - position))[:2]) < HELD_M
 
     def resist_n(self) -> float:
         """Friction at the handle."""
@@ -253,18 +262,19 @@ class Trial:
         setting, thing = self.setting, self.setting.thing
         wanted = ASKED[thing]
         told, felt, peak_n, aside_m, seconds = self.take(), math.nan, math.nan, math.nan, math.nan
-        before = amount(self.body.plant, thing)
+        before, held = amount(self.body.plant, thing), False
         if not told:
             motion = mistaken(motion_of(self.bench), self.off, self.tilt)
             episode = self.do(Act(SIDE, motion, wanted, force_limit_n=setting.force_limit_n))
             told, seconds = episode.outcome, episode.duration_s
             if episode.data is not None:
                 felt, peak_n, aside_m = episode.data.amount, episode.data.peak_n, episode.data.aside_m
+            held = self.held()
         true = amount(self.body.plant, thing) - before
         if told != "fell" and not self.let_go():
             told = "fell"
         within = WITHIN[thing]
-        return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, self.resist_n(), seconds, within)
+        return Tried(self.seed, told, wanted, true, felt, peak_n, aside_m, self.resist_n(), seconds, within, held)
 
 
 @dataclass(frozen=True)
@@ -324,8 +334,8 @@ def tried(setting: Setting, seed: int) -> Tried:
 
 
 HEAD = (
-    "| robot | thing | error cm | done | worst miss | felt off | peak N | led aside cm | s | else |\n"
-    "|---|---|---|---|---|---|---|---|---|---|"
+    "| robot | thing | error cm | done | held | worst miss | felt off | peak N | led aside cm | s | else |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -341,7 +351,8 @@ def line(setting: Setting, trials: list[Tried]) -> str:
     told = "; ".join(f"{n} {why}" for why, n in causes.most_common(5))
     return (
         f"| {setting.robot} | {setting.thing} | {100 * setting.error_m:.0f} | {len(done)}/{len(trials)} |"
-        f" {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} | {seconds:.0f} | {told} |"
+        f" {sum(t.held for t in done)} | {miss:.1f} {unit} | {off:.1f} {unit} | {peak_n:.0f} | {aside_cm:.1f} |"
+        f" {seconds:.0f} | {told} |"
     )
 
 

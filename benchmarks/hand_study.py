@@ -55,8 +55,7 @@ class Run:
 
 
 def run(hand: str, seed: int, overrides: dict[str, object]) -> Run:
-    scenario = load_scenario("src-dish", {"autonomy": "full", **overrides})
-    scenario = scenario.model_copy(update={"robot": ROBOT if hand == "cage" else f"{ROBOT}+{hand}"})
+    scenario = load_scenario("src-dish", {"autonomy": "full", "robot": ROBOT, "hand": hand, **overrides})
     start_s = time.thread_time()
     done = simulate(scenario, seed, 0, lambda _: None)
     retries = {row.name: row.retries for row in state_table([done.records])}

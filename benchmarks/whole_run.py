@@ -15,7 +15,7 @@ import tempfile
 import time
 
 SEEDS = 7
-BOUND_S = 8.0
+BOUND_S = 5.0
 
 
 def one(seed: int, folder: str) -> dict[str, float]:

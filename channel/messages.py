@@ -3,7 +3,8 @@
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
 ``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
-``command_messages.py``, ``down_messages.py``, ``picture_messages.py`` or ``template_messages.py``, and its name here.
+``command_messages.py``, ``down_messages.py``, ``picture_messages.py``, ``mark_messages.py`` or
+``template_messages.py``, and its name here.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from teleop_sim.channel.down_messages import (
     SyncState,
     Withdrawn,
 )
+from teleop_sim.channel.mark_messages import MARK_NAMES, Marks, PixelMark
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
 from teleop_sim.channel.picture_messages import (
     Image,
@@ -84,6 +86,7 @@ __all__ = [
     "HANDLES",
     "JOINT_GROUPS",
     "LEVEL_MAX",
+    "MARK_NAMES",
     "MESSAGES",
     "MODES",
     "REQUEST_KINDS",
@@ -109,12 +112,14 @@ __all__ = [
     "Lock",
     "LockedIs",
     "LogLine",
+    "Marks",
     "Message",
     "MirrorUpdate",
     "ModeIs",
     "Modify",
     "Pause",
     "PausedIs",
+    "PixelMark",
     "Preempt",
     "Reject",
     "Request",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import IntEnum
@@ -19,7 +20,9 @@ from teleop_sim.channel.messages import (
     SetLevel,
     TakeOver,
 )
+from teleop_sim.core.records import Judged
 from teleop_sim.machines.declare import Machine
+from teleop_sim.operators.verification import Judgement
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, object, None]
@@ -70,6 +73,7 @@ class Purpose(IntEnum):
     ANSWER = 1
     REPEAT = 2
     READ = 3
+    JUDGE = 4
     SLIP = 5
     MISJUDGE = 6
     ADVISE = 7
@@ -99,6 +103,20 @@ def describe(message: Message, question: str, machine: Machine | None = None) ->
             return f"take over: {machine.net.nodes[node].path}"
         case _:
             return str(message)
+
+
+def judged_record(now_s: float, request: int, event: str, picture: int, judgement: Judgement | None) -> Judged:
+    """What was made of a claim; None: the picture does not show it."""
+    if judgement is None:
+        nothing = math.nan
+        return Judged(
+            now_s, request, event, picture, "", nothing, nothing, nothing, nothing, nothing, verdict="unseen"
+        )  # fmt: skip
+    found, verdict = judgement.found, "rejected" if judgement.rejected else "accepted"
+    return Judged(
+        now_s, request, event, picture, found.what, found.offset_px, found.sigma_px, found.d_prime,
+        judgement.evidence, judgement.criterion, verdict,
+    )  # fmt: skip
 
 
 def trigger(event: simpy.Event) -> None:

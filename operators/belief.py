@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 
 from teleop_sim.channel.messages import (
     Answer,
@@ -13,6 +14,7 @@ from teleop_sim.channel.messages import (
     HandlePose,
     Image,
     JointState,
+    Marks,
     Message,
     MirrorUpdate,
     Reject,
@@ -23,6 +25,7 @@ from teleop_sim.channel.messages import (
 from teleop_sim.machines.declare import Edge, Machine
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.interventions import failed_state
+from teleop_sim.operators.verification import Judgement
 
 VIEWS = (Image, WebpImage, VoxelCloud, HandlePose, JointState)
 """What shows the robot or its surroundings as they were when it was sent."""
@@ -51,6 +54,8 @@ class Belief:
         sent: by topic, when something that nobody asked for was last sent, and what it was.
         in_lieu: by state, how often it was done by hand.
         moves: by request, how many movements by hand were made for it.
+        judged: what was made of the claims that requests ask about, by request.
+        refused: how often in a row each outcome, by its place in the table, was refused.
 
     """
 
@@ -67,6 +72,10 @@ class Belief:
         self.in_lieu: dict[str, int] = {}
         self.moves: dict[int, int] = {}
         self._answered: dict[int, float] = {}
+        self.judged: dict[int, Judgement] = {}
+        self.refused: dict[int, int] = {}
+        self._picture: Image | None = None
+        self._claims: dict[int, tuple[Image, Marks]] = {}
 
     @property
     def machine(self) -> Machine:
@@ -80,8 +89,10 @@ class Belief:
         if type(message) in VIEWS:
             self.views[message.topic] = now_s, message
         self._time_trips(now_s)
+        self._look(message)
         if isinstance(message, MirrorUpdate) and message.edge < len(table) and self.mirror.stranger is None:
             edge = table[message.edge]
+            self.refused.pop(message.edge, None)
             # A lost update leaves a gap: the edge itself says where the machine must have been.
             self._visit((edge.state, *self._entered(edge)))
             self._count(edge, now_s)
@@ -89,6 +100,28 @@ class Belief:
         if not set(self.visited[-1:]) & set(self.mirror.states):
             self._visit(self.mirror.states)
         return None
+
+    def shown(self, request: Request) -> tuple[Image, Marks] | None:
+        """The picture and the marks that belong to the outcome which a request asks about, if both have arrived."""
+        return self._claims.get(request.edge)
+
+    def note_judgement(self, request: Request, judgement: Judgement | None) -> None:
+        """Remember what was made of a claim. A picture serves once: the next look brings its own."""
+        self._claims.pop(request.edge, None)
+        if judgement is not None:
+            self.judged[request.request] = judgement
+
+    def note_refusal(self, request: Request) -> None:
+        """Remember that an outcome was refused."""
+        self.refused[request.edge] = self.refused.get(request.edge, 0) + 1
+
+    def _look(self, message: Message) -> None:
+        if isinstance(message, Image):
+            self._picture = message
+        elif isinstance(message, Marks):
+            self._claims.pop(message.edge, None)
+            if self._picture is not None and zlib.crc32(self._picture.coded) == message.picture:
+                self._claims[message.edge] = (self._picture, message)
 
     def question(self, request: Request) -> str:
         """What the console shows for a request, put together from the machine's table."""

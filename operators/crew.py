@@ -20,6 +20,7 @@ from teleop_sim.operators.policies import Policy, Supervise
 from teleop_sim.operators.roles import TEAMS
 from teleop_sim.operators.station import Station
 from teleop_sim.operators.timing import OperatorTiming
+from teleop_sim.operators.verification import CRITERION
 
 
 class Crew:
@@ -36,6 +37,7 @@ class Crew:
         policy: what they have agreed on; default ``Supervise``.
         team: how many they are, 1 to 4 (``roles.TEAMS``).
         givers: how requests for data are met. templates: the station's server, which its software keeps in step.
+        criterion: evidence above which who verifies rejects a claim, in standard deviations.
 
     Attributes:
         belief: what has arrived.
@@ -57,11 +59,12 @@ class Crew:
         human: Human | None = None,
         givers: Mapping[str, Giver] | None = None,
         templates: StationTemplates | None = None,
+        criterion: float = CRITERION,
     ) -> None:
         self._env, self.belief, self._send, self._templates = env, Belief(mirror), send, templates
         key = tuple(int(k) for k in rng.integers(2**32, size=4))
         self._station = Station(env, mirror, send, briefing.heartbeat_s + briefing.round_trip_s)
-        desk = Desk(self.belief, send, briefing, policy or Supervise(), givers or {})
+        desk = Desk(self.belief, send, briefing, policy or Supervise(), givers or {}, criterion)
         self.people = tuple(
             Person(env, desk, timing, human or Human(), key, seat, emit, roles)
             for seat, roles in enumerate(TEAMS[team])

@@ -14,6 +14,7 @@ from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.policies import Policy
 from teleop_sim.operators.roles import Role
 from teleop_sim.operators.timing import OperatorTiming
+from teleop_sim.operators.verification import CRITERION
 
 if TYPE_CHECKING:
     from teleop_sim.operators.person import Person
@@ -41,6 +42,7 @@ class Desk:
         briefing: what the crew was told beforehand.
         policy: what the crew has agreed on.
         givers: who meets requests for data, by what ViGIR's states ask for (parameter ``request``).
+        criterion: evidence above which who verifies rejects a claim.
         seats: who has which role.
 
     """
@@ -50,6 +52,7 @@ class Desk:
     briefing: Briefing
     policy: Policy
     givers: Mapping[str, Giver] = field(default_factory=dict)
+    criterion: float = CRITERION
     seats: dict[Role, Person] = field(default_factory=dict)
 
     def giver(self, request: Request) -> Giver | None:

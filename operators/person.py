@@ -8,7 +8,6 @@ else gives way the moment it arrives.
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import replace
 from typing import cast
 
@@ -18,6 +17,7 @@ from teleop_sim.channel.messages import (
     Image,
     LogLine,
     Message,
+    Reject,
     Request,
     RequestKind,
     encode_message,
@@ -64,7 +64,6 @@ class Person(Worker):
         self._serving = 0
         self._advised = 0
         self._orders: list[Order] = []
-        self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
         self._unanswered: dict[int, Unanswered] = {}
         self._tries: dict[int, int] = {}
 
@@ -209,9 +208,13 @@ class Person(Worker):
         self._record(start_s, "decide", request.request, question)
         messages: tuple[Message, ...] = ()
         if request.request in self._asked:
+            if self._policy.verifies:
+                self._compare(request)
             messages = self._given[request.request] = self._decided(request)
         if request.kind == "manual" and messages:
             self.belief.note_help()
+        if any(isinstance(message, Reject) for message in messages):
+            self.belief.note_refusal(request)
         if not (messages and self._passed_on(request, messages)):
             yield from self._send_all(request, messages, rng)
         self._serving = 0
@@ -221,7 +224,9 @@ class Person(Worker):
         words, giver = words_in(question), self._desk.giver(request)
         if giver is not None:
             return self._timing.read_line_s(words) + giver.work_s(self.belief, request, self._timing)
-        return self._timing.judge_s(words) if request.kind == "confirm" else self._timing.plan_s(words)
+        mean_s = self._timing.judge_s(words) if request.kind == "confirm" else self._timing.plan_s(words)
+        compares = self._policy.verifies and self.belief.shown(request) is not None
+        return mean_s + (self._timing.read_image_s() if compares else 0.0)
 
     def _decided(self, request: Request) -> tuple[Message, ...]:
         giver = self._desk.giver(request)

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from teleop_sim.channel.messages import Chat, Confirm, Force, Message, Preempt, Request
+from teleop_sim.channel.messages import Chat, Confirm, Force, Message, Preempt, Reject, Request
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.interventions import Interventions, commands, load_interventions
@@ -20,6 +20,11 @@ from teleop_sim.operators.manual import Manual, Nothing
 
 class Policy(Protocol):
     """Decides what to send."""
+
+    @property
+    def verifies(self) -> bool:
+        """Does the operator compare claims with pictures? The field site is told beforehand."""
+        ...
 
     def answer(self, belief: Belief, request: Request, /) -> tuple[Message, ...]:
         """Messages that answer ``request``, sent in this order; empty to let it wait."""
@@ -46,7 +51,7 @@ class Policy(Protocol):
 class Supervise:
     """Fixed level. Confirms whatever is suggested after looking at it; helps by hand by the table of interventions.
 
-    Not modelled: seeing that a suggestion is wrong (a later policy), changing the level, teleoperation, deciding where
+    Not modelled: seeing that a suggestion is wrong (``Verify``), changing the level, teleoperation, deciding where
     nothing is suggested.
 
     Attributes:
@@ -57,6 +62,11 @@ class Supervise:
 
     table: Interventions = field(default_factory=load_interventions)
     manual: Manual = field(default_factory=Nothing)
+
+    @property
+    def verifies(self) -> bool:
+        """Pictures change no decision."""
+        return False
 
     def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
         """``Confirm``, or the commands of the table as ``Chat``."""
@@ -83,6 +93,30 @@ class Supervise:
     def stale_s(self, _request: Request, /) -> float:
         """Nothing is too old."""
         return math.inf
+
+
+GIVE_IN_AFTER = 2
+"""A claim that was refused so often in a row is confirmed: another look would show the same (assumed)."""
+
+
+@dataclass(frozen=True)
+class Verify(Supervise):
+    """As ``Supervise``, but a claim that the picture does not bear out is rejected: the robot looks again.
+
+    A claim of which no picture has arrived is confirmed, and so is one refused ``GIVE_IN_AFTER`` times in a row.
+    """
+
+    @property
+    def verifies(self) -> bool:
+        """Claims are judged by the pictures that come with them."""
+        return True
+
+    def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
+        """``Reject``, or as ``Supervise``."""
+        judgement = belief.judged.get(request.request)
+        if judgement is not None and judgement.rejected and belief.refused.get(request.edge, 0) < GIVE_IN_AFTER:
+            return (Reject(request.request),)
+        return super().answer(belief, request)
 
 
 def _command(belief: Belief, waiting: str, text: str) -> Message:

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Generator
 
 import numpy as np
 import simpy
 
-from teleop_sim.channel.messages import AskView, Chat, Confirm, Message, Reject, Request, encode_message
+from teleop_sim.channel.messages import (
+    AskView,
+    Chat,
+    Confirm,
+    Image,
+    LogLine,
+    Message,
+    Reject,
+    Request,
+    encode_message,
+)
 from teleop_sim.core.records import Emit, OperatorActed
-from teleop_sim.operators.acts import Process, Purpose, Urgency, describe, trigger
+from teleop_sim.operators.acts import Process, Purpose, Urgency, describe, judged_record, trigger
 from teleop_sim.operators.desk import Desk
 from teleop_sim.operators.human import Human, happens, slipped
 from teleop_sim.operators.roles import Role, role_of
 from teleop_sim.operators.speech import Talk, Talker
 from teleop_sim.operators.timing import OperatorTiming, words_in
+from teleop_sim.operators.verification import judge
 from teleop_sim.operators.workload import Load
 
 NEWER = 0.9
@@ -48,6 +60,7 @@ class Worker:
         self.belief, self.roles, self._key = desk.belief, roles, key
         self._load = Load(human.curve) if human.curve is not None else None
         self._asked: dict[int, Request] = {}
+        self._unread: deque[LogLine | Image] = deque(maxlen=timing.screen_lines)
         self._submitted = 0
         self.talks: list[Talk] = []
         self._news = env.event()
@@ -82,6 +95,19 @@ class Worker:
         while self.belief.seen_s < asked_s + NEWER * briefing.round_trip_s and self._env.now < due_s:
             self._news = self._env.event()
             yield self._news | self._env.timeout(due_s - self._env.now)
+
+    def _compare(self, request: Request) -> None:
+        """Lay the marks of a claim over its picture, both as they arrived, and judge."""
+        shown = self.belief.shown(request)
+        if shown is None or request.edge < 0:
+            return
+        (image, marks), rng = shown, self._draws(Purpose.JUDGE, request.request)
+        if image in self._unread:
+            self._unread.remove(image)
+        judgement = judge(image.pixels(), marks.places, self._desk.criterion, rng)
+        self.belief.note_judgement(request, judgement)
+        event = self.belief.machine.table[request.edge].event
+        self._emit(judged_record(float(self._env.now), request.request, event, marks.picture, judgement))
 
     def _talk_of(self, people: tuple[Talker, Talker], request: Request, text: str, then: Callable[[], None]) -> None:
         duration_s = self._timing.talk_s(words_in(text))

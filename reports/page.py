@@ -8,6 +8,7 @@ from teleop_sim.log.load import load
 from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
 from teleop_sim.reports.table import csv_text, markdown_text, state_table
 from teleop_sim.reports.timeline import draw_timeline
+from teleop_sim.reports.verification import verification, verification_csv, verification_markdown
 
 
 def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> list[Path]:
@@ -19,7 +20,8 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
 
     Returns:
         the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
-        ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged.
+        ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged; ``.verification.csv`` and
+        ``.verification.md`` where claims were compared with pictures.
 
     Raises:
         LogDamaged: there is no log at that path.
@@ -43,6 +45,8 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
     }
     if messages := message_ledger(log.records("link/message")):
         texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
+    if judged := verification(log.records()):
+        texts |= {"verification.csv": verification_csv(judged), "verification.md": verification_markdown(judged)}
     for end, text in texts.items():
         (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
     return [png, svg, *(folder / f"{name}.{end}" for end in texts)]

@@ -35,6 +35,7 @@ POLICIES: Mapping[str, str] = {
     "adaptive": "the level of autonomy follows the link's round trips and the behaviour's failures",
     "step_down": "a state that fails repeatedly is done by hand, a layer lower each time, and handed back",
     "supervise": "a fixed level; what is suggested is confirmed, a table says which command helps",
+    "verify": "as supervise, but what the robot claims to see is compared with its picture, and may be rejected",
 }
 
 AUTONOMY: Mapping[str, int] = {"off": 0, "low": 1, "high": 2, "full": 3}

@@ -16,6 +16,7 @@ from teleop_sim.operators.human import Human
 from teleop_sim.operators.policies import Policy
 from teleop_sim.operators.registry import POLICIES
 from teleop_sim.operators.timing import OperatorTiming, load_timing
+from teleop_sim.operators.verification import CRITERION
 from teleop_sim.operators.workload import Curve
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
@@ -56,14 +57,14 @@ class Task:
 
     Attributes:
         machine: declares what is done in which order.
-        programs: what each state of the machine does, with the given waits.
+        programs: what each state of the machine does, with the given waits, for a robot by name.
         site: draws the world.
         last_checkpoint: of the scorer; the task is done when it has been scored.
 
     """
 
     machine: Callable[[], Machine]
-    programs: Callable[[Pacing], Mapping[str, ProgramOf]]
+    programs: Callable[[Pacing, str], Mapping[str, ProgramOf]]
     site: Callable[[Scenario, Streams], Site]
     last_checkpoint: int
 
@@ -106,6 +107,11 @@ def operator_human(operator: Operator) -> Human:
     return Human(operator.slip_rate or 0.0, operator.misjudge_rate or 0.0, Curve() if operator.workload else None)
 
 
+def operator_criterion(operator: Operator) -> float:
+    """The evidence above which the scenario's people reject a claim."""
+    return CRITERION if operator.criterion is None else operator.criterion
+
+
 def dish_settings(world: World) -> DishSettings:
     """What the world is drawn with."""
     return DishSettings(
@@ -119,6 +125,7 @@ def dish_settings(world: World) -> DishSettings:
         console_jitter_m=world.console_jitter_m,
         console_jitter_rad=world.console_jitter_rad,
         clutter=world.clutter,
+        drums=(0, 0) if world.drums is None else world.drums,
     )
 
 

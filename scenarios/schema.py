@@ -66,6 +66,13 @@ class Operator(Part):
     )
     misjudge_rate_source: str | None = Field(default_factory=source_of("misjudge_rate"))
     workload: bool | None = Field(default=None, description="true: who is busy beyond 70 % gets slower and errs more.")
+    criterion: float | None = Field(
+        default=None,
+        ge=-10.0,
+        le=50.0,
+        description="Of policy verify: evidence, in standard deviations, above which a claim is rejected, such as 3.5.",
+    )
+    criterion_source: str | None = Field(default_factory=source_of("criterion"))
 
 
 class World(Part):
@@ -111,6 +118,10 @@ class World(Part):
     console_jitter_source: str = ASSUMED
     clutter: CountRange = Field(default=(2, 6), description="[fewest, most] extra boxes on the ground, 0 to 30.")
     clutter_source: str = ASSUMED
+    drums: CountRange | None = Field(
+        default=None, description="[fewest, most] pairs of a red and a blue drum, 0 to 30, that look like the console."
+    )
+    drums_source: str | None = Field(default_factory=source_of("drums"))
 
 
 class Scenario(Part):

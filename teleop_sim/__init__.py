@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from teleop_sim.core.errors import BadInput, LogDamaged, Problem, TeleopError, UnknownName
     from teleop_sim.log.load import Log, load
+    from teleop_sim.robot.memo import Memo
     from teleop_sim.run import RunResult, run_scenario
     from teleop_sim.scenarios.files import load_scenario
     from teleop_sim.sweep.folder import SweepBroken
@@ -23,6 +24,7 @@ _HOME = {
     "BadInput": "teleop_sim.core.errors",
     "Log": "teleop_sim.log.load",
     "LogDamaged": "teleop_sim.core.errors",
+    "Memo": "teleop_sim.robot.memo",
     "Problem": "teleop_sim.core.errors",
     "RunResult": "teleop_sim.run",
     "TeleopError": "teleop_sim.core.errors",
@@ -40,6 +42,7 @@ __all__ = [
     "BadInput",
     "Log",
     "LogDamaged",
+    "Memo",
     "Problem",
     "RunResult",
     "SweepBroken",

@@ -137,7 +137,7 @@ def run(
     policy: Annotated[
         str | None,
         typer.Option(
-            help="What the crew has agreed on: supervise, step_down or adaptive.",
+            help="What the crew has agreed on: supervise, step_down, adaptive or verify.",
             metavar="NAME",
             autocompletion=_complete_policy,
         ),

@@ -34,7 +34,7 @@ _Delivery = Annotated[_Text, _option("How messages get across: best_effort,tcp, 
 _Autonomy = Annotated[_Text, _option("Of off,low,high,full.", "LEVELS")]
 _Robot = Annotated[_Text, _option("Of valkyrie,atlas,thormang3.", "NAMES")]
 _Pacing = Annotated[_Text, _option("Of wpi,eager.", "NAMES")]
-_Policy = Annotated[_Text, _option("Of supervise,step_down,adaptive.", "NAMES")]
+_Policy = Annotated[_Text, _option("Of supervise,step_down,adaptive,verify.", "NAMES")]
 _Team = Annotated[_Text, _option("People at the control station, of 1,2,3,4.", "NUMBERS")]
 _Expertise = Annotated[_Text, _option("Factors on their times: 0.7,1 or 0.5:2:4.", "FACTORS")]
 _Set = Annotated[list[str] | None, typer.Option("--set", help="Any key of a scenario.", metavar="KEY=VALUES")]

@@ -14,15 +14,17 @@ import simpy
 
 from teleop_sim.channel import messages as msg
 from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
+from teleop_sim.field_claims import claimed_records, marks_message
 from teleop_sim.field_orders import Direct, Orders
 from teleop_sim.field_voice import Beat, SiteVoice
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
 from teleop_sim.robot.body import Body
+from teleop_sim.robot.commands import Command, Look
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
-from teleop_sim.robot.programs.steps import AskData, AskStatus, Memory, ProgramOf, Reply, Say, Show, Step, Wait
-from teleop_sim.robot.skills.sensing import picture
+from teleop_sim.robot.programs.steps import AskData, AskStatus, Claim, Memory, ProgramOf, Reply, Say, Show, Step, Wait
+from teleop_sim.robot.skills.sensing import camera_pose, picture
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, Any, Any]
@@ -41,6 +43,7 @@ class FieldSite:
         machine: what the executive runs, at ``level``. programs: by state. poll_s: how often a program looks whether
             a state is done; zero is at once. heartbeat: what the control station is told, and how often [s].
         send: to the downlink. emit: to the log.
+        claims: does the operator compare claims with pictures? Then each of which he will be asked comes with one.
     """
 
     def __init__(
@@ -54,8 +57,10 @@ class FieldSite:
         heartbeat: tuple[Beat, float],
         send: Send,
         emit: Emit,
+        claims: bool = False,
     ) -> None:
         self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
+        self._claims = claims
         self._heartbeat, self._send, self._emit = heartbeat, send, emit
         self._memory = Memory()
         self._programs_at_work: dict[str, simpy.Process] = {}
@@ -115,7 +120,7 @@ class FieldSite:
         with self._turns.request() as turn:
             yield turn
             self._view_asked = False
-            self._show()
+            self._send_picture()
 
     def note(self, effect: str, command: str, note: str) -> None:
         """Write down what became of a command."""
@@ -174,17 +179,20 @@ class FieldSite:
                 return self._robot.status()
             case Say(text=text):
                 self._tell(msg.LogLine(float(self._env.now), text), text)
-            case Show():
-                self._show()
+            case Show(claim=claim):
+                yield from self._show(claim, start)
             case AskData(what=what):
                 return (yield start.ask(what))
             case command:
-                # States at work at once share one body: they move one after the other.
-                with self._turns.request() as turn:
-                    yield turn
-                    self._acting = self._programs_at_work[start.path]
-                    return (yield from self._act(command, start.path))
+                return (yield from self._move(command, start))
         return None
+
+    def _move(self, command: Command, start: Start) -> Process:
+        # States at work at once share one body: they move one after the other.
+        with self._turns.request() as turn:
+            yield turn
+            self._acting = self._programs_at_work[start.path]
+            return (yield from self._act(command, start.path))
 
     def _act(self, command: Any, state: str) -> Process:
         start_s = float(self._env.now)
@@ -227,18 +235,45 @@ class FieldSite:
         topic, payload = msg.encode_message(message)
         self._send(topic, payload, text)
 
-    def _show(self) -> None:
+    def _show(self, claim: Claim | None, start: Start) -> Process:
+        """Send a picture; with marks if the operator will be asked for what the picture shows, and compares."""
+        if claim is None or not self._claims or self._passes(claim, start):
+            if claim is None or claim.otherwise:
+                self._send_picture()
+            return
+        yield from self._aim(claim.aim, claim, start)
+        picture, places = self._send_picture(), self._robot.true_places()
+        pose = camera_pose(self._robot.seen())
+        edge = self.executive.machine.edge_index(start.path, claim.event)
+        self._tell(marks_message(claim, edge, picture, pose, IMAGE_SIZE), f"marks {claim.event}")
+        for record in claimed_records(float(self._env.now), start.path, claim, picture, places):
+            self._emit(record)
+        yield from self._aim(claim.back, claim, start)
+
+    def _aim(self, look: Look, claim: Claim, start: Start) -> Process:
+        if claim.aim != claim.back:
+            yield from self._move(look, start)
+
+    def _passes(self, claim: Claim, start: Start) -> bool:
+        return self.executive.machine.edge(start.path, claim.event).passes(self.executive.level)
+
+    def _send_picture(self) -> msg.Image:
         self._pictures += 1
         name = f"robot.show.{self._pictures}"
-        self._tell(self._robot.look(name, _camera_image, IMAGE_SIZE, IMAGE_QUALITY), "camera image")
+        image: msg.Image = self._robot.look(name, _camera_image, IMAGE_SIZE, IMAGE_QUALITY)
+        self._tell(image, "camera image")
+        return image
 
 
-def _camera_image(body: Body, rng: np.random.Generator) -> msg.Message:
+def _camera_image(body: Body, rng: np.random.Generator) -> msg.Image:
     return msg.encode_image(picture(body, rng), *IMAGE_SIZE, IMAGE_QUALITY)
 
 
 def _alive(process: simpy.Process | None) -> bool:
     return process is not None and bool(process.is_alive)
+
+
+_CLOUDS = ("cloud", "clouds")
 
 
 def brief(command: object) -> str:
@@ -248,6 +283,6 @@ def brief(command: object) -> str:
     if isinstance(command, tuple):
         return "(" + ", ".join(brief(x) for x in command) + ")"
     if is_dataclass(command) and not isinstance(command, type):
-        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name != "cloud")
+        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name not in _CLOUDS)
         return f"{type(command).__name__}({', '.join(shown)})"
     return str(command)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,8 @@ from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey
 from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.memo import Fresh, Sight
+from teleop_sim.world.description import Vector
+from teleop_sim.world.plant import HasPlaces
 from teleop_sim.world.scoring import Score
 
 SAMPLE_EVERY_TICKS = 10
@@ -82,9 +84,17 @@ class RobotOnSite:
         sight = Sight(name, make, options)
         return self._physics.look(self._body, self._now(), sight, self._seed, self._replicate, float(self._env.now))
 
+    def true_places(self) -> Mapping[str, Vector]:
+        """Where the things truly are that the robot may claim to see: for the log, not for robot or operator."""
+        body = self.seen()
+        scenery = body.plant.scenery
+        return scenery.places(body.plant) if isinstance(scenery, HasPlaces) else {}
+
     def pose(self) -> PlanarPose:
         """Where the middle of the feet is, by odometry."""
-        return body_between(self.seen().feet())
+        # Asked before every command: a memo need not put the robot there again.
+        at: PlanarPose = self.look("robot.pose", _pose)
+        return at
 
     def status(self) -> dict[str, float]:
         """The task's status message now."""
@@ -247,6 +257,10 @@ class RobotOnSite:
                 for checkpoint, text in seen:
                     self._emit(Scored(now_s, checkpoint, text))
                     self.checkpoint = checkpoint
+
+
+def _pose(body: Body, _: np.random.Generator) -> PlanarPose:
+    return body_between(body.feet())
 
 
 def _renamed(episode: Episode, outcome: str, stopped: Episode) -> Episode:

@@ -36,6 +36,7 @@ from teleop_sim.scenarios.objects import (
     Site,
     autonomy_level,
     drawn_disturbances,
+    operator_criterion,
     operator_human,
     operator_policy,
     operator_timing,
@@ -228,10 +229,13 @@ class _Bench:
         body = self._physics.body(spec, site.scenery, otherwise)
         robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
-        programs = self._task.programs(waits)
+        programs = self._task.programs(waits, scenario.robot)
+        policy = operator_policy(scenario.operator)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
         beat = scenario.link.heartbeat, scenario.link.heartbeat_s
-        self.field = FieldSite(self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit)
+        self.field = FieldSite(
+            self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit, policy.verifies
+        )
         self.robot = robot
         self.station = Crew(
             self.env,
@@ -241,9 +245,10 @@ class _Bench:
             streams("operator"),
             watch,
             Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1]),
-            operator_policy(scenario.operator),
+            policy,
             scenario.operator.team or 1,
             operator_human(scenario.operator),
+            criterion=operator_criterion(scenario.operator),
         )
 
     def _robot(self, seed: int, replicate: int, body: Body, site: Site, clock: Clock) -> RobotOnSite:

@@ -94,7 +94,7 @@ def test_every_robot_stands_while_it_looks_round(name):
 @pytest.mark.parametrize("task", sorted(TASKS))
 def test_every_task_has_a_program_for_each_state_that_acts(task, preset):
     machine = TASKS[task].machine()
-    programs = TASKS[task].programs(pacing(preset))
+    programs = TASKS[task].programs(pacing(preset), "valkyrie")
     assert set(programs) == {state.program for state in machine.states if state.program}
     assert machine.start in machine.state_names
 

@@ -28,7 +28,7 @@ Emit = Callable[[Record], None]
 _R = TypeVar("_R", bound=Record)
 RECORDS: dict[str, type[Record]] = {}
 """Topic to record type."""
-LATE_TOPICS = frozenset({"link/message", "field/disturbance"})
+LATE_TOPICS = frozenset({"link/message", "field/disturbance", "field/claim", "operator/judgement"})
 """Topics that a log declares with their first record only: a log without any has no trace of them."""
 
 
@@ -251,6 +251,23 @@ class Disturbed(Record):
     text: str
 
 
+@record("field/claim")
+class Claimed(Record):
+    """Where the robot believed something to be when it showed it to the operator, and where it was: never sent.
+
+    ``what``: ``yaw_wheel``, ``pitch_wheel``, ``yaw_handle`` or ``pitch_handle``. ``picture``: checksum of the picture
+    that went with it, as in ``operator/judgement``. ``claimed``, ``true``: its middle, odometry frame [m].
+    """
+
+    state: str
+    event: str
+    picture: int
+    what: str
+    claimed: tuple[float, ...]
+    true: tuple[float, ...]
+    error_m: float
+
+
 @record("task/score")
 class Scored(Record):
     """The task's scorer: a checkpoint passed or an axis came in or out of tolerance."""
@@ -271,3 +288,26 @@ class OperatorActed(Record):
     kind: str
     request: int
     text: str
+
+
+@record("operator/judgement")
+class Judged(Record):
+    """An operator compared a claim of the robot with the picture that had arrived.
+
+    ``offset_px``: of what the picture shows from where the claim has it, of the worst thing, whose name is ``what``.
+    ``sigma_px``: what an eye can tell. ``d_prime_sd`` is their ratio (of a ``body``, whose offset is NaN, how uneven it
+    is), and ``evidence_sd`` that and the eye's noise: a claim is rejected where it exceeds ``criterion_sd``.
+    ``verdict``: ``accepted``, ``rejected``, or ``unseen`` where the picture that has arrived does not show it (all NaN
+    then).
+    """
+
+    request: int
+    event: str
+    picture: int
+    what: str
+    offset_px: float
+    sigma_px: float
+    d_prime_sd: float
+    evidence_sd: float
+    criterion_sd: float
+    verdict: str

@@ -75,7 +75,7 @@ def format_time(time_s: float) -> str:
 
 
 def format_quantity(name: str, value: object) -> str:
-    """A value for people, by the unit in its name: ``uplink_bps`` 64.0 is ``64 bit/s``, ``latency_s`` 2.0 is ``2 s``."""
+    """A value for people, by the unit in its name: ``uplink_bps`` 64.0 is ``64 bit/s``."""
     if isinstance(value, float) and name.endswith("_bps"):
         return format_rate(value)
     if isinstance(value, float) and name.endswith("_s"):

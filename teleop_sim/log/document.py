@@ -8,7 +8,16 @@ from typing import Any
 from teleop_sim.core.records import RECORDS, Record
 from teleop_sim.log.schema import KINDS, field_types
 
-UNITS = {"_s": "s", "_bps": "bit/s", "_bits": "bit", "_bytes": "byte", "_m": "m", "_rad": "rad"}
+UNITS = {
+    "_s": "s",
+    "_bps": "bit/s",
+    "_bits": "bit",
+    "_bytes": "byte",
+    "_m": "m",
+    "_rad": "rad",
+    "_px": "px",
+    "_sd": "standard deviations",
+}
 """Suffix of a field's name to its unit."""
 
 STORED = {"float": "double", "int": "int64", "bool": "bool", "str": "string", "tuple": "repeated double"}

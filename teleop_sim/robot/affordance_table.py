@@ -26,6 +26,9 @@ REFUSE_POSITION_M, REFUSE_AXIS_RAD = 0.012, 0.3
 """Residuals beyond which a row is out of reach: what the cage was measured to hold (``circle_table``)."""
 DRAWN_M = 0.2
 """Way of the tool on which the arm turns to the posture that is drawn to (assumed)."""
+JUMP_RAD = 0.2
+"""Between two rows: a joint that turns further takes the hand off the way meanwhile (assumed: wrists are to turn by
+0.18 rad in the time of a row)."""
 FIRST_STEPS, ROW_STEPS = 60, 15
 DAMPING: Final = 1e-3
 """Of the sideways correction's least squares [m^2/rad^2]: keeps it finite near a stretched arm (assumed)."""
@@ -41,6 +44,7 @@ class MotionTable:
         push: (n, 3, nv) joint torques [N m] with which the tool pushes 1 N along x, y, z.
         aside: (n, 3, nv) joint changes [rad] that move the tool 1 m along x, y, z and keep its approach axis.
         position_error_m, axis_error_rad: the worst residuals of the rows between 0 and the amount asked for.
+        jump_rad: the largest joint step between two rows.
         reach: how much of the amount is in reach, in its unit, never negative.
         stage: ``arm`` or ``chain``.
 
@@ -52,6 +56,7 @@ class MotionTable:
     aside: np.ndarray
     position_error_m: float
     axis_error_rad: float
+    jump_rad: float
     reach: float
     stage: str
 
@@ -118,10 +123,11 @@ def motion_table(
         rests = [now + share * (rest - now) for share in shares]
         solvers: list[ChainIk] = [PoseIk(kinematics, side, stance, drawn, torso=stage == "chain") for drawn in rests]
         table = _table(solvers, stage, now, way, amounts, (first, last))
-        if table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD:
+        near = table.position_error_m <= ARM_POSITION_M and table.axis_error_rad <= ARM_AXIS_RAD
+        if near and table.jump_rad <= JUMP_RAD:
             return table
         tables.append(table)
-    return min(tables, key=lambda t: (-t.reach, t.position_error_m + 0.1 * t.axis_error_rad))
+    return min(tables, key=lambda t: (-t.reach, t.jump_rad > JUMP_RAD, t.position_error_m + 0.1 * t.axis_error_rad))
 
 
 def _rows(way: Way) -> tuple[np.ndarray, int, int]:
@@ -157,6 +163,7 @@ def _table(
         aside=np.array([aside for _, aside in slopes]),
         position_error_m=max(row.position_error_m for row in asked),
         axis_error_rad=max(row.axis_error_rad for row in asked),
+        jump_rad=float(np.abs(np.diff([row.q[7:] for row in asked], axis=0)).max()),
         reach=abs(float(amounts[first + max(far, 0)])),
         stage=stage,
     )

@@ -38,9 +38,9 @@ def law_arrays(spec: RobotSpec, plant: Plant, belief: Belief | None) -> Arrays:
     return Arrays(
         legs=np.array([[dof[name] for name in leg] for leg in spec.legs], np.int64),
         upper=np.array([dof[name] for name in spec.upper], np.int64),
-        m_rownnz=model.M_rownnz,
-        m_rowadr=model.M_rowadr,
-        m_colind=model.M_colind,
+        m_rownnz=model.M_rownnz.astype(np.int64),
+        m_rowadr=model.M_rowadr.astype(np.int64),
+        m_colind=model.M_colind.astype(np.int64),
         inertia=data.M,
         bias=data.qfrc_bias[:nv],
         passive=data.qfrc_passive[:nv],

@@ -12,6 +12,7 @@ from teleop_sim.robot.arrays import dofs, law_arrays, sole_loads
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.gait import Plan, stand_row
 from teleop_sim.robot.law import Arrays
+from teleop_sim.robot.law_wires import wire
 from teleop_sim.robot.skill import Tick
 from teleop_sim.robot.spec import RobotSpec
 from teleop_sim.world.belief import Belief, Load
@@ -98,6 +99,7 @@ class Body:
         self._memory = np.zeros(law.MEMORY)
         self.posture = np.zeros(len(self.upper_names))
         self.jaws = (0.0, 0.0)
+        self._jaws_set: tuple[float, float] | None = None
         self.fallen = False
         self.unfinished: Unfinished | None = None
         self.walking: tuple[Plan, int] | None = None
@@ -129,8 +131,10 @@ class Body:
         plant.load(plant.save())
         self.com_height_m = float(height_m)
         self.pelvis_height_m = float(plant.data.qpos[2])
+        self._low_m = FALL_HEIGHT * self.pelvis_height_m
         self._gains = self._nominal_gains()
         self._figures = np.array(self._gains)
+        self._wires = wire(self._figures, self._memory, self._arrays)
         memory = [0.0] * law.MEMORY
         memory[law.LANDED] = memory[law.LANDED + 1] = 1.0
         return RobotState(plant.save(), tuple(map(float, self.named_posture("walk"))), (0.0, 0.0), tuple(memory))
@@ -186,7 +190,7 @@ class Body:
         """Become that state."""
         self.plant.load(state.plant, time_s)
         self.posture = np.array(state.posture)
-        self.jaws = state.jaws
+        self.jaws, self._jaws_set = state.jaws, None
         self._memory[:] = state.memory
         self.fallen, self.unfinished, self.walking = state.fallen, state.unfinished, None
         self.carry(state.loads)
@@ -256,7 +260,7 @@ class Body:
 
     def balance_error_m(self) -> float:
         """How far the divergent component of motion is from its reference, as the law last saw it."""
-        return math.hypot(self._memory[law.ERROR], self._memory[law.ERROR + 1])
+        return math.hypot(*self._memory[law.ERROR : law.ERROR + 2].tolist())
 
     @property
     def rotation_damping(self) -> float:
@@ -265,7 +269,7 @@ class Body:
 
     def hand_force(self, side: Side) -> float:
         """Sum of the touch sensors on what closes in the hand [N]."""
-        return float(sum(reading[0] for reading in self._jaw_touch[side]))
+        return float(sum([reading.item() for reading in self._jaw_touch[side]]))
 
     def jaw_gap(self, side: Side) -> tuple[float, ...]:
         """Measured positions of the joints of a hand [m or rad]; a cage's jaws are at 0 when open."""
@@ -281,7 +285,9 @@ class Body:
 
     def has_fallen(self) -> bool:
         """Whether the pelvis is too low or tilted too far."""
-        return bool(law.is_down(self._qpos, FALL_HEIGHT * self.pelvis_height_m, FALL_TILT_COS))
+        # Four numbers: a call of compiled code would cost more than the test.
+        z, _, x, y = self._qpos[2:6].tolist()
+        return bool(z < self._low_m or 1.0 - 2.0 * (x * x + y * y) < FALL_TILT_COS)
 
     # Acting --------------------------------------------------------------------------------------------------------
 
@@ -308,6 +314,7 @@ class Body:
             self._feel()
         else:
             self._belief, self._arrays = self._own_belief, self._own_arrays
+        self._wires = wire(self._figures, self._memory, self._arrays)
         self.loads = loads
         self._figures[law.Gains._fields.index("mass_kg")] = self._gains.mass_kg + sum(x.mass_kg for x in loads)
 
@@ -317,14 +324,21 @@ class Body:
         plant.begin_tick()
         if self._belief is not None:
             self._feel()
-        row = self.stand if reference.row is None else reference.row
-        rate = self._still if reference.rate is None else reference.rate
-        torque = self._still if reference.torque is None else reference.torque
-        law.tick(row, self._figures, self._memory, reference.posture, rate, torque, *self._arrays)
-        for place, open_q, stroke, side in self._jaw_controls:
-            self._controls[place] = open_q + stroke * reference.jaws[side]
+        posture, rate, torque, jaws, row = reference
+        still = self._still
+        law.tick(
+            self.stand if row is None else row,
+            posture,
+            still if rate is None else rate,
+            still if torque is None else torque,
+            self._wires.table,
+        )
+        if jaws != self._jaws_set:
+            for place, open_q, stroke, side in self._jaw_controls:
+                self._controls[place] = open_q + stroke * jaws[side]
+            self._jaws_set = jaws
         plant.end_tick()
-        self.posture, self.jaws = reference.posture, reference.jaws
+        self.posture, self.jaws = posture, jaws
         self.fallen = self.has_fallen()
         return not self.fallen
 

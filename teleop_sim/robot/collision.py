@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -67,6 +68,7 @@ class Collisions:
                 if "sole" not in a.name and not ("Bar" in a.name and thing.name == HANDLE):
                     self.model.addCollisionPair(pin.CollisionPair(own[i], place))
         self.data = pin.GeometryData(self.model)
+        _forget_guesses(self.data)
 
     def _add(self, name: str, joint: int, placement: Any, shape: Any) -> int:
         return int(self.model.addGeometryObject(pin.GeometryObject(name, joint, placement, shape)))
@@ -102,6 +104,17 @@ class Collisions:
     def _names(self, pair: int) -> tuple[str, str]:
         at = self.model.collisionPairs[pair]
         return self.model.geometryObjects[at.first].name, self.model.geometryObjects[at.second].name
+
+
+def _forget_guesses(data: pin.GeometryData) -> None:
+    """Begin every search for the nearest points anew. Pinocchio has it begin where the last one ended, so that an
+    answer depends in its last bits on what was asked before (``pinocchio/multibody/geometry.hxx``).
+    """
+    with warnings.catch_warnings():
+        # Its successor is set aright, but the old switch overrules it.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        for request in (*data.collisionRequests, *data.distanceRequests):
+            request.enable_cached_gjk_guess = False
 
 
 def _may_touch(a: tuple[int, int], b: tuple[int, int]) -> bool:

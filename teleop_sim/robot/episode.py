@@ -74,22 +74,19 @@ class Episode:
 class _Recorder:
     def __init__(self, body: Body) -> None:
         self._body = body
-        self._pelvis: list[np.ndarray] = []
-        self._joints: list[np.ndarray] = []
+        self._positions: list[np.ndarray] = []
 
     def note(self) -> None:
-        self._pelvis.append(self._body.plant.pelvis())
-        self._joints.append(self._body.plant.angles())
+        self._positions.append(self._body.plant.positions())
 
     @property
     def ticks(self) -> int:
-        return len(self._pelvis)
+        return len(self._positions)
 
     def samples(self) -> Samples:
         n, body = self.ticks, self._body
         t_s = np.arange(1, n + 1) * body.tick_s
-        pelvis = np.array(self._pelvis).reshape(n, 7)
-        return Samples(t_s, pelvis, np.array(self._joints).reshape(n, len(body.plant.joint_names)))
+        return Samples(t_s, *body.plant.pelvis_and_angles(self._positions))
 
 
 def perform(

@@ -54,13 +54,13 @@ class FallWatch:
 
     def _look_at_feet(self, reference: Tick) -> None:
         row = self._body.stand if reference.row is None else reference.row
-        stance = row[law.STANCE]
+        stance, before, stood = float(row[law.STANCE]), self._before, self._stood
         for i, here in enumerate(self._body.sole_places()):
             # Standing now and at the last look: a foot that landed in between has not slid.
-            if stance in (law.BOTH, float(i)) and self._before in (law.BOTH, float(i)):
-                self._slip_m = max(self._slip_m, math.hypot(here[0] - self._stood[i][0], here[1] - self._stood[i][1]))
+            if stance in (law.BOTH, i) and before in (law.BOTH, i):
+                self._slip_m = max(self._slip_m, math.dist(here, stood[i]))
             else:
-                self._stood[i] = here
+                stood[i] = here
         self._before = stance
 
     def _note(self, what: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,9 @@ LEFT, RIGHT = 0, 1
 STILL_M, STILL_RAD = 0.005, 0.01
 """Moves too small for a step: robots place their feet within 5 mm (docs/physics.md), and a turn of a microradian,
 planned as one, takes 5 s."""
+
+NO_LEG_M = 0.02
+"""Shorter legs of a path are left out (a walk that ends further off is put right)."""
 
 
 @dataclass(frozen=True)
@@ -83,41 +87,66 @@ def steps_along(bodies: Sequence[PlanarPose], first: int, gait: Gait) -> tuple[F
 
 
 def walk_bodies(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> list[PlanarPose]:
-    """Body poses, one a step, along straight legs: face the next place, walk to it; at the last, turn to its yaw."""
-    bodies: list[PlanarPose] = []
-    x, y, yaw = start
-    for px, py, _ in path:
-        distance = float(np.hypot(px - x, py - y))
-        if distance < 0.02:
-            continue
-        heading = float(np.arctan2(py - y, px - x))
-        turn = wrap(heading - yaw)
-        n = int(np.ceil(distance / gait.stride_m - 1e-9))
-        # What the strides can turn on the way need not be turned on the spot.
-        spot = np.sign(turn) * max(0.0, abs(turn) - 2 * gait.turn_walking_rad) if n > 3 else turn
-        if abs(spot) < small_turn_rad(gait):
-            spot = 0.0
-        bodies += turn_bodies((x, y, yaw), float(spot), gait)
-        yaw += float(spot)
-        rest = wrap(heading - yaw)
-        for k in range(1, n + 1):
-            u = k / n
-            done = np.clip(k * gait.turn_walking_rad, 0.0, abs(rest)) * np.sign(rest)
-            bodies.append((x + (px - x) * u, y + (py - y) * u, yaw + float(done)))
-        x, y, yaw = px, py, yaw + rest
-    last = wrap(path[-1][2] - yaw)
-    if bodies and abs(last) < small_turn_rad(gait):
-        return [*bodies[:-1], (x, y, yaw + last)]
-    return bodies + turn_bodies((x, y, yaw), last, gait)
+    """Body poses, one a step, along straight legs: face the next place, walk to it; at the last, turn to its yaw.
 
-
-def small_turn_rad(gait: Gait) -> float:
-    """A turn below this takes no steps of its own: it is made with steps that are taken anyway.
-
-    Paths meet their goals' headings within rounding or a few milliradians of a sighting; without this bound such a
-    turn takes its two steps or not by chance (assumed: half of what a stride can turn).
+    A turn that strides can make takes no steps of its own, nor does a bend end a stride. Paths bend here or there by
+    centimetres and meet their goals' headings within milliradians of a sighting: such a turn would take its two steps
+    on the spot, 5 s, or not, by chance, and so would each leg's last stride.
     """
-    return gait.turn_walking_rad / 2
+    bodies: list[PlanarPose] = []
+    here = start
+    for bends in _stretches(start, path, gait):
+        walked = _stretch(here, bends, gait)
+        bodies += walked
+        here = walked[-1]
+    x, y, yaw = here
+    last = wrap(path[-1][2] - yaw)
+    before = bodies[-2][2] if len(bodies) > 1 else start[2]
+    if bodies and abs(wrap(yaw + last - before)) <= gait.turn_walking_rad:
+        return [*bodies[:-1], (x, y, yaw + last)]
+    return bodies + turn_bodies(here, last, gait)
+
+
+def _stretches(start: PlanarPose, path: Sequence[PlanarPose], gait: Gait) -> list[list[tuple[float, float]]]:
+    """The places of a path, parted where it bends further than three strides turn; legs under 2 cm left out."""
+    stretches: list[list[tuple[float, float]]] = []
+    x, y, heading = start[0], start[1], math.inf
+    for px, py, _ in path:
+        if math.hypot(px - x, py - y) < NO_LEG_M:
+            continue
+        before, heading = heading, math.atan2(py - y, px - x)
+        if math.isfinite(before) and abs(wrap(heading - before)) <= 3 * gait.turn_walking_rad:
+            stretches[-1].append((px, py))
+        else:
+            stretches.append([(px, py)])
+        x, y = px, py
+    return stretches
+
+
+def _stretch(start: PlanarPose, bends: Sequence[tuple[float, float]], gait: Gait) -> list[PlanarPose]:
+    """Body poses from a place through bends to the last of them, in equal strides."""
+    x, y, yaw = start
+    places = np.array([(x, y), *bends])
+    legs = np.diff(places, axis=0)
+    ends = np.concatenate([[0.0], np.cumsum(np.hypot(legs[:, 0], legs[:, 1]))])
+    headings = np.arctan2(legs[:, 1], legs[:, 0])
+    n = int(np.ceil(ends[-1] / gait.stride_m - 1e-9))
+    turn = wrap(float(headings[0]) - yaw)
+    # What the strides can turn on the way need not be turned on the spot.
+    spot = math.copysign(max(0.0, abs(turn) - 2 * gait.turn_walking_rad), turn) if n > 3 else turn
+    if abs(spot) <= gait.turn_walking_rad:
+        spot = 0.0
+    bodies = turn_bodies(start, spot, gait)
+    yaw += spot
+    for k in range(1, n + 1):
+        at_m = ends[-1] * k / n
+        leg = min(int(np.searchsorted(ends, at_m - 1e-9)), len(legs)) - 1
+        share = (at_m - ends[leg]) / (ends[leg + 1] - ends[leg])
+        yaw += float(np.clip(wrap(float(headings[leg]) - yaw), -gait.turn_walking_rad, gait.turn_walking_rad))
+        px, py = places[leg] + share * legs[leg]
+        bodies.append((float(px), float(py), yaw))
+    bodies[-1] = (*bends[-1], yaw)
+    return bodies
 
 
 def turn_bodies(start: PlanarPose, turn_rad: float, gait: Gait) -> list[PlanarPose]:

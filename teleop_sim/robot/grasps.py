@@ -26,7 +26,7 @@ class HandStand:
         ahead_m, aside_m: where the handle is, ahead and outwards on the hand's side.
         low_m, high_m: heights of handles over the ground that it reaches from there.
         carry: ahead, outwards and up from the ground: where it carries a handle.
-        strength_kg: the most it lifts there by its joints' torques (measured).
+        strength_kg: the most that it picked, carried a step back and turned with (measured, one trial each).
         squeeze: jaw reference that closes the hand on a thing, 1 being the jaws' stop: 2 presses with all of the
             actuators' 60 N. THORMANG3's jaws weigh 50 g: at 60 N they sink through what they hold (measured).
     """
@@ -44,9 +44,9 @@ class HandStand:
 
 HAND_STANDS: Mapping[str, HandStand] = MappingProxyType(
     {
-        "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 3.0),
-        "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 3.0),
-        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 0.5, 1.2),
+        "valkyrie": HandStand(0.7, 0.0, 0.52, 0.25, 0.85, 1.15, (0.42, 0.25, 1.1), 5.0),
+        "atlas": HandStand(0.7, 0.0, 0.55, 0.25, 0.75, 1.1, (0.5, 0.25, 1.0), 9.0),
+        "thormang3": HandStand(0.6, 0.0, 0.44, 0.2, 0.65, 0.85, (0.36, 0.2, 0.86), 2.0, 1.2),
     }
 )
 

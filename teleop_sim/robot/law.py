@@ -39,6 +39,7 @@ from teleop_sim.robot.law_layout import (
     Gains,
 )
 from teleop_sim.robot.law_math import base_rotation, clip, compiled, solve, tilt_error
+from teleop_sim.robot.law_wires import unwire
 
 __all__ = [
     "BOTH",
@@ -60,7 +61,6 @@ __all__ = [
     "ZMP",
     "Arrays",
     "Gains",
-    "is_down",
     "tick",
 ]
 
@@ -69,14 +69,20 @@ __all__ = [
 def com_velocity(a, mass):
     """Centre-of-mass velocity: the base's linear rows of M times qvel, over the mass."""
     p = np.zeros(3)
-    for i in range(a.qvel.size):
+    for i in range(3):
         for k in range(a.m_rowadr[i], a.m_rowadr[i] + a.m_rownnz[i]):
             j = a.m_colind[k]
-            if j < 3:
-                p[j] += a.inertia[k] * a.qvel[i]
-            if i < 3 and j < i:
+            p[j] += a.inertia[k] * a.qvel[i]
+            if j < i:
                 p[i] += a.inertia[k] * a.qvel[j]
-    return p / mass
+    x, y, z = p[0], p[1], p[2]
+    for i in range(3, a.qvel.size):
+        # The base's columns come first in every row.
+        k, speed = a.m_rowadr[i], a.qvel[i]
+        x += a.inertia[k] * speed
+        y += a.inertia[k + 1] * speed
+        z += a.inertia[k + 2] * speed
+    return x / mass, y / mass, z / mass
 
 
 @register_jitable
@@ -133,14 +139,14 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
         i = a.upper[k]
         qdd[i] = g.upper * (qref[k] - a.qpos[a.qposadr[i]]) + g.upper_damping * (vref[k] - a.qvel[i])
     cos_yaw, sin_yaw = np.cos(row[YAW]), np.sin(row[YAW])
-    e = tilt_error(Rb, cos_yaw, sin_yaw)
+    ex, ey, ez = tilt_error(Rb, cos_yaw, sin_yaw)
     # A sole twists the body by mu m g r at most: 4 to 6 rad/s^2 at friction 0.4. Who asks for more turns his feet, and
     # one that stands on an edge then walks off it (all 11 falls of 840 walks of the full-size robots).
-    e[2] = clip(e[2], -g.heading_error_rad, g.heading_error_rad)
-    e[0] += cos_yaw * row[LEAN]
-    e[1] += sin_yaw * row[LEAN]
+    ez = clip(ez, -g.heading_error_rad, g.heading_error_rad)
+    ex += cos_yaw * row[LEAN]
+    ey += sin_yaw * row[LEAN]
     for n in range(3):
-        along = Rb[0, n] * e[0] + Rb[1, n] * e[1] + Rb[2, n] * e[2]
+        along = Rb[0, n] * ex + Rb[1, n] * ey + Rb[2, n] * ez
         qdd[3 + n] = g.rotation * along + g.rotation_damping * (Rb[2, n] * row[YAW_RATE] - a.qvel[3 + n])
     # Each leg's accelerations as u0 + u123 times the base's linear acceleration.
     u = np.empty((2, 6, 4))
@@ -184,28 +190,16 @@ def accelerations(row, g, memory, a, qref, vref, velocity, Jl, Rb):
     return qdd
 
 
-@register_jitable
-def _named(gains, arrays):
-    """The flat arguments of ``tick`` as Gains and Arrays."""
-    g = Gains(
-        gains[0], gains[1], gains[2], gains[3], gains[4], gains[5], gains[6], gains[7], gains[8], gains[9],
-        gains[10], gains[11], gains[12], gains[13], gains[14], gains[15], gains[16], gains[17],
-    )  # fmt: skip
-    return g, Arrays(*arrays)
-
-
 @compiled
-def tick(row, gains, memory, qref, vref, extra, *arrays):
+def tick(row, qref, vref, extra, table):
     """One control period: read the arrays, set ``Arrays.control``.
 
-    Gains and arrays come flat: unpacking a named tuple at each call costs more than the law itself.
-
     Args:
-        row: (COLUMNS,) of the walking or standing plan. gains: Gains as an array. memory: (MEMORY,), changed.
+        row: (COLUMNS,) of the walking or standing plan.
         qref, vref, extra: (n_upper,) reference angles and rates of the upper body, torques to add.
-        arrays: the fields of Arrays.
+        table: of ``law_wires.wire``: Gains, memory (MEMORY,), which is changed, and Arrays.
     """
-    g, a = _named(gains, arrays)
+    g, memory, a = unwire(table)
     nv = a.qvel.size
     velocity = com_velocity(a, g.mass_kg)
     left = centre_of_pressure(row, g, memory, a, velocity)
@@ -217,12 +211,15 @@ def tick(row, gains, memory, qref, vref, extra, *arrays):
     for i in range(nv):
         tau[i] = a.bias[i] - (a.passive[i] if i > 5 else 0.0)
     for i in range(nv):
-        for k in range(a.m_rowadr[i], a.m_rowadr[i] + a.m_rownnz[i]):
+        # A row of M ends on its diagonal.
+        last = a.m_rowadr[i] + a.m_rownnz[i] - 1
+        sum_i, qdd_i = tau[i], qdd[i]
+        for k in range(a.m_rowadr[i], last):
             j = a.m_colind[k]
-            tau[i] += a.inertia[k] * qdd[j]
-            if j < i:
-                tau[j] += a.inertia[k] * qdd[i]
-    carry(foot_wrenches(row, a, tau, Rb, left), g, a, Jl, tau)
+            sum_i += a.inertia[k] * qdd[j]
+            tau[j] += a.inertia[k] * qdd_i
+        tau[i] = sum_i + a.inertia[last] * qdd_i
+    carry(foot_wrenches(row, g, a, tau, Rb, left), g, a, Jl, tau)
     # The actuators make force = kp (control - q) - kv qd all through the tick; tau is what they shall make on average,
     # so q and qd are those of the middle of the tick. Without this the servos brake every swing: the sole tilts by 14
     # degrees instead of 2, and standing feet slip four times as far.
@@ -235,9 +232,3 @@ def tick(row, gains, memory, qref, vref, extra, *arrays):
         i = a.upper[n]
         k = i - 6
         a.control[k] = qref[n] + (a.kv[k] * vref[n] + tau[i] + extra[n]) / a.kp[k]
-
-
-@compiled
-def is_down(qpos, low_m, tilt_cos):
-    """Whether the root is below a height or tilted beyond an angle."""
-    return qpos[2] < low_m or 1.0 - 2.0 * (qpos[4] * qpos[4] + qpos[5] * qpos[5]) < tilt_cos

@@ -12,7 +12,7 @@ from teleop_sim.robot.law_math import clip, cross, dot, into, out_of, solve, til
 @register_jitable
 def sole_task(i, row, g, memory, a, Jl, Jb):
     """Fill a sole's Jacobians by leg (6, 6) and base rotation (6, 3); return wanted minus drift acceleration."""
-    r = a.sole[i] - a.com
+    r = (a.sole[i, 0] - a.com[0], a.sole[i, 1] - a.com[1], a.sole[i, 2] - a.com[2])
     drift, velocity = np.zeros(6), np.zeros(6)
     for n in range(12):
         k = n if n < 6 else a.legs[i, n - 6]
@@ -31,40 +31,51 @@ def sole_task(i, row, g, memory, a, Jl, Jb):
             velocity[3 + b] += cr[b] * v
             drift[3 + b] += cq[b] * v
             drift[b] += cq[3 + b] * v
-    drift[:3] += cross(drift[3:], r) + cross(velocity[3:], velocity[:3])
+    turning, moving = cross(drift[3:], r), cross(velocity[3:], velocity)
+    for n in range(3):
+        drift[n] += turning[n] + moving[n]
     wanted = np.empty(6)
     if memory[LANDED + i] > 0:
-        wanted[:] = -g.stance_damping * velocity
+        for n in range(6):
+            wanted[n] = -g.stance_damping * velocity[n]
     else:
         f, k = FOOT + 12 * i, g.swing
-        e = tilt_error(a.sole_rotation[i].copy().reshape(3, 3), np.cos(row[f + 9]), np.sin(row[f + 9]))
+        e = tilt_error(a.sole_rotation[i].reshape(3, 3), np.cos(row[f + 9]), np.sin(row[f + 9]))
         for n in range(3):
             wanted[n] = row[f + 6 + n] + 2 * k * (row[f + 3 + n] - velocity[n]) + k * k * (row[f + n] - a.sole[i, n])
             spin = row[f + 10] if n == 2 else 0.0
             wanted[3 + n] = 2 * k * (spin - velocity[3 + n]) + k * k * e[n]
-    return wanted - drift
+    for n in range(6):
+        wanted[n] -= drift[n]
+    return wanted
 
 
 @register_jitable
-def foot_wrenches(row, a, tau, Rb, left):
+def _from_root(a, i):
+    """A sole's place from the root's (world axes)."""
+    return a.sole[i, 0] - a.qpos[0], a.sole[i, 1] - a.qpos[1], a.sole[i, 2] - a.qpos[2]
+
+
+@register_jitable
+def foot_wrenches(row, g, a, tau, Rb, left):
     """Forces and moments (2, 6) at the soles that carry the base: weighted least norm on both feet, or all on one."""
     F, W = np.zeros((2, 6)), np.empty(6)
     for n in range(3):
         W[n] = tau[n]
         W[3 + n] = Rb[n, 0] * tau[3] + Rb[n, 1] * tau[4] + Rb[n, 2] * tau[5]
-    origin = a.qpos[:3]
     stance = int(row[STANCE])
     if stance != 2:
-        t = cross(a.sole[stance] - origin, W[:3])
+        t = cross(_from_root(a, stance), W)
         for n in range(3):
             F[stance, n], F[stance, 3 + n] = W[n], W[3 + n] - t[n]
         return F
-    # A newton metre costs as much as a newton at 0.06 m, about the sole's half width.
-    cost = 0.0036
+    # A newton metre costs as much as a newton at the root of this; 0.06 m is about a sole's half width. The larger,
+    # the more of a twist is left to the soles' grip, and the less the legs push one against the other.
+    cost = g.twist_m2
     G, S = np.zeros((6, 6)), np.zeros((2, 3, 3))
     for i in range(2):
         share = max(left if i == 0 else 1 - left, 1e-4)
-        r = a.sole[i] - origin
+        r = _from_root(a, i)
         # S is r as a cross product; S S' = (r.r) 1 - r r'.
         S[i, 0, 1], S[i, 0, 2], S[i, 1, 2] = -r[2], r[1], -r[0]
         S[i, 1, 0], S[i, 2, 0], S[i, 2, 1] = r[2], -r[1], r[0]
@@ -93,13 +104,11 @@ def carry(F, g, a, Jl, tau):
     """Take the soles' wrenches off the leg torques, each foot's centre of pressure kept on its sole."""
     hx, hy = g.half_length_m - g.sole_margin_m, g.half_width_m - g.sole_margin_m
     for i in range(2):
-        R = a.sole_rotation[i].copy().reshape(3, 3)
-        force, moment = into(R, F[i, :3]), into(R, F[i, 3:])
-        if force[2] < 1.0:
+        R = a.sole_rotation[i].reshape(3, 3)
+        load, (mx, my, mz) = into(R, F[i])[2], into(R, F[i, 3:])
+        if load < 1.0:
             continue
-        moment[1] = -clip(-moment[1] / force[2], -hx, hx) * force[2]
-        moment[0] = clip(moment[0] / force[2], -hy, hy) * force[2]
-        turned = out_of(R, moment)
+        turned = out_of(R, (clip(mx / load, -hy, hy) * load, -clip(-my / load, -hx, hx) * load, mz))
         for k in range(6):
             for n in range(3):
                 tau[a.legs[i, k]] -= Jl[i, n, k] * F[i, n] + Jl[i, 3 + n, k] * turned[n]

@@ -41,6 +41,7 @@ class Gains(NamedTuple):
     upper: float = 90.0
     upper_damping: float = 18.0
     heading_error_rad: float = 0.05
+    twist_m2: float = 0.0036
 
 
 class Arrays(NamedTuple):

@@ -60,8 +60,8 @@ def clip(x, low, high):
 
 @register_jitable
 def cross(a, b):
-    """a x b."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    """a x b. Tuples cost no memory to ask for, as small arrays would."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @register_jitable
@@ -73,24 +73,32 @@ def dot(a, b):
 @register_jitable
 def into(R, v):
     """R' v: a world vector in the frame R."""
-    return np.array([dot(R[:, 0], v), dot(R[:, 1], v), dot(R[:, 2], v)])
+    return (
+        R[0, 0] * v[0] + R[1, 0] * v[1] + R[2, 0] * v[2],
+        R[0, 1] * v[0] + R[1, 1] * v[1] + R[2, 1] * v[2],
+        R[0, 2] * v[0] + R[1, 2] * v[1] + R[2, 2] * v[2],
+    )
 
 
 @register_jitable
 def out_of(R, v):
     """R v: a vector of the frame R in the world."""
-    return np.array([dot(R[0], v), dot(R[1], v), dot(R[2], v)])
+    return (
+        R[0, 0] * v[0] + R[0, 1] * v[1] + R[0, 2] * v[2],
+        R[1, 0] * v[0] + R[1, 1] * v[1] + R[1, 2] * v[2],
+        R[2, 0] * v[0] + R[2, 1] * v[1] + R[2, 2] * v[2],
+    )
 
 
 @register_jitable
 def tilt_error(R, c, s):
     """Small rotation vector (world) that takes R to a level frame with heading (cos, sin)."""
-    e = np.empty(3)
     # Half the sum of the cross products of both frames' axes.
-    e[0] = 0.5 * (R[1, 2] - s * R[2, 0] - c * R[2, 1])
-    e[1] = 0.5 * (c * R[2, 0] - s * R[2, 1] - R[0, 2])
-    e[2] = 0.5 * (s * R[0, 0] - c * R[1, 0] + c * R[0, 1] + s * R[1, 1])
-    return e
+    return (
+        0.5 * (R[1, 2] - s * R[2, 0] - c * R[2, 1]),
+        0.5 * (c * R[2, 0] - s * R[2, 1] - R[0, 2]),
+        0.5 * (s * R[0, 0] - c * R[1, 0] + c * R[0, 1] + s * R[1, 1]),
+    )
 
 
 @register_jitable

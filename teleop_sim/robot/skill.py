@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from teleop_sim.robot.body import Body
 
 
-@dataclass(frozen=True)
-class Tick:
-    """One control period's reference.
+class Tick(NamedTuple):
+    """One control period's reference. A tuple: made in every tick, in half the time of a frozen dataclass.
 
     Attributes:
         posture: (n_upper,) reference angles of the upper body [rad], in the order of ``body.upper_names``.

@@ -119,6 +119,15 @@ class SweepFolder:
         rows = (row for line in data.split(b"\n") if (row := _checked(line)) is not None)
         return {int(row["cell"]): row for row in rows}
 
+    def whole(self, replicate: int) -> dict[int, Row]:
+        """As ``finished``, without runs whose log is not there as it was written: removed, or lost with the power."""
+
+        def there(row: Row) -> bool:
+            path = self.path / row["log"]
+            return not row["log"] or (path.is_file() and path.stat().st_size == row["log_bytes"])
+
+        return {cell: row for cell, row in self.finished(replicate).items() if there(row)}
+
     def count(self, replicate: int) -> int:
         """About how many runs of a replicate are finished: cheap, for progress."""
         try:

@@ -74,7 +74,7 @@ def run_job(job: Job, clock: Callable[[], float] = time.thread_time) -> JobDone:
     runs = computed = 0
     spent_s = {True: 0.0, False: 0.0}
     with folder.journalling(job.replicate) as journal:
-        finished = folder.finished(job.replicate)
+        finished = folder.whole(job.replicate)
         for cell in job.cells:
             if cell in finished:
                 continue
@@ -120,7 +120,7 @@ def _log(plan: Plan, path: Path) -> Iterator[Emit]:
     if plan.detail == "summary":
         yield _nowhere
         return
-    with LogWriter(path) as write:
+    with LogWriter(path, durable=False) as write:
         yield write if plan.detail == "full" else partial(_events, write)
 
 

@@ -128,7 +128,7 @@ class _Study:
 
     def __init__(self, plan: Plan, folder: SweepFolder, crew: Crew, memo: bool, watch: Watch) -> None:
         self._plan, self._folder, self._crew, self._memo, self._watch = plan, folder, crew, memo, watch
-        self._rows = {n: folder.finished(n) for n in range(plan.replicates)}
+        self._rows = {n: folder.whole(n) for n in range(plan.replicates)}
         done = sum(map(len, self._rows.values()))
         self.at = SweepProgress(plan.runs, done, done, sum(map(_bad, self._all_rows())))
         self._under_way: dict[int, tuple[int, ...]] = {}

@@ -41,6 +41,8 @@ _CLUTTER_RGB: dict[str, Rgb] = {
     "crate": (0.75, 0.72, 0.60),
     "crate_long": (0.60, 0.50, 0.35),
     "box": (0.30, 0.32, 0.30),
+    "drum_red": shape.RED,
+    "drum_blue": shape.BLUE,
 }
 
 
@@ -87,14 +89,15 @@ def _add_ground(spec: mujoco.MjSpec, world: DishWorld) -> None:
 
 def _add_clutter(spec: mujoco.MjSpec, world: DishWorld) -> None:
     for number, thing in enumerate(world.clutter):
-        rock = thing.kind.startswith("rock")
+        rock, drum = thing.kind.startswith("rock"), thing.kind.startswith("drum")
+        solid = mujoco.mjtGeom.mjGEOM_CYLINDER if drum else mujoco.mjtGeom.mjGEOM_BOX
         x, y, yaw = thing.pose
         spec.worldbody.add_geom(
             name=f"clutter{number}",
-            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID if rock else mujoco.mjtGeom.mjGEOM_BOX,
+            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID if rock else solid,
             pos=[x, y, SOIL_Z_M + (0.0 if rock else thing.half[2])],
             quat=_yaw_quat(yaw),
-            size=list(thing.half),
+            size=[thing.half[0], thing.half[2], 0.0] if drum else list(thing.half),
             rgba=[*_CLUTTER_RGB[thing.kind], 1.0],
             friction=contact.rough(world.floor_friction),
             **contact.WORLD,

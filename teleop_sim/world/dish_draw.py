@@ -19,6 +19,12 @@ from teleop_sim.world.light import Light
 
 Range = tuple[float, float]
 
+DRUM_RADIUS_M, DRUM_HALF_M = 0.14, 0.44
+"""Drums as wide as the console's wheels and as high as its back (assumed)."""
+
+SQUARE_CLEAR_M = 2.5
+"""Drums stay so far from the middle of the start square (assumed)."""
+
 
 @dataclass(frozen=True, slots=True)
 class DishSettings:
@@ -35,6 +41,8 @@ class DishSettings:
         console_jitter_m: the console stands at most this far off in x and in y (assumed; none is published).
         console_jitter_rad: and is turned at most this much (assumed).
         clutter: fewest and most boxes on the soil besides the published rocks and crates (assumed).
+        drums: fewest and most pairs of drums, a red and a blue one, beside the walkway (assumed): from afar such a pair
+            has the colours and the distance of the console's wheels.
 
     """
 
@@ -48,6 +56,7 @@ class DishSettings:
     console_jitter_m: float = 0.03
     console_jitter_rad: float = math.radians(2.0)
     clutter: tuple[int, int] = (2, 6)
+    drums: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +74,7 @@ class DishWorld:
         floor_friction: sliding friction of everything to stand on.
         contact_friction: sliding friction of wheels, knobs and console.
         light: for the cameras.
-        clutter: rocks, crates and boxes beside the walkway.
+        clutter: rocks, crates, boxes and drums beside the walkway.
 
     """
 
@@ -115,7 +124,9 @@ def draw_dish_world(rng_by_name: Callable[[str], np.random.Generator], settings:
         floor_friction=_uniform(friction, settings.floor_friction),
         contact_friction=_uniform(friction, settings.contact_friction),
         light=_draw_light(rng_by_name("world.light")),
-        clutter=layout.obstacles + _draw_clutter(rng_by_name("world.clutter"), layout, settings.clutter),
+        clutter=layout.obstacles
+        + _draw_clutter(rng_by_name("world.clutter"), layout, settings.clutter)
+        + _draw_drums(rng_by_name("world.drums"), layout, settings.drums),
     )
 
 
@@ -155,6 +166,23 @@ def _draw_clutter(rng: np.random.Generator, layout: Layout, fewest_most: tuple[i
         half = (_uniform(rng, (0.1, 0.4)), _uniform(rng, (0.1, 0.4)), _uniform(rng, (0.1, 0.4)))
         if len(found) < count and _is_free(layout, x, y):
             found.append(Obstacle("box", (x, y, yaw), half))
+    return tuple(found)
+
+
+def _draw_drums(rng: np.random.Generator, layout: Layout, fewest_most: tuple[int, int]) -> tuple[Obstacle, ...]:
+    """Pairs of drums 1.5 to 3 m from the console, red on the left as seen from the start (all assumed)."""
+    count = int(rng.integers(fewest_most[0], fewest_most[1] + 1))
+    at = lay.console_on(layout.dish, shape.PIVOT_AHEAD_M)
+    found: list[Obstacle] = []
+    for _ in range(200 * count):
+        away_m, angle = _uniform(rng, (1.5, 3.0)), _uniform(rng, (-math.pi, math.pi))
+        x, y = at[0] + away_m * math.cos(angle), at[1] + away_m * math.sin(angle)
+        if len(found) < 2 * count and _is_free(layout, x, y) and math.hypot(x, y) > SQUARE_CLEAR_M:
+            way = math.atan2(y, x)
+            c, s = math.cos(way), math.sin(way)
+            half, apart_m = (DRUM_RADIUS_M, DRUM_RADIUS_M, DRUM_HALF_M), shape.WHEEL_SEPARATION_M / 2.0
+            found.append(Obstacle("drum_red", (x - apart_m * s, y + apart_m * c, way), half))
+            found.append(Obstacle("drum_blue", (x + apart_m * s, y - apart_m * c, way), half))
     return tuple(found)
 
 

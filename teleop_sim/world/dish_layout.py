@@ -19,7 +19,7 @@ from teleop_sim.world.console import SQUARE_M
 Planar = tuple[float, float, float]
 """x [m], y [m], heading [rad]."""
 Turn = Literal["left", "straight", "right"]
-ClutterKind = Literal["rock_1", "rock_2", "rock_3", "crate", "crate_long", "box"]
+ClutterKind = Literal["rock_1", "rock_2", "rock_3", "crate", "crate_long", "box", "drum_red", "drum_blue"]
 
 TILE_M = 1.524
 START: Planar = (0.09, 0.0, 0.0)

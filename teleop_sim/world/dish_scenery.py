@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
+from teleop_sim.world import console, dish_scorer
 from teleop_sim.world import dish_layout as lay
-from teleop_sim.world import dish_scorer
-from teleop_sim.world.dish import DishSignals, add_dish_world
+from teleop_sim.world.description import Vector
+from teleop_sim.world.dish import SOIL_Z_M, DishSignals, add_dish_world
 from teleop_sim.world.dish_draw import DishWorld
 from teleop_sim.world.light import Light
 from teleop_sim.world.plant import Plant
@@ -50,6 +52,22 @@ class DishScenery:
         at = signals(plant)
         state = dish_scorer.ScorerState(self._scorer.task, checkpoint=1)
         return dish_scorer.status(state, 0.0, at.dish_yaw_rad, at.dish_pitch_rad)
+
+    def places(self, plant: Plant) -> dict[str, Vector]:
+        """Middles of wheels and knobs now; see ``HasPlaces``."""
+        at, (yaw, pitch) = signals(plant), self.world.wheel_start_rad
+        # A joint turns clockwise, a handle's angle counts anticlockwise (world/console.py).
+        return {
+            "yaw_wheel": self._place(console.wheel_centre(True)),
+            "pitch_wheel": self._place(console.wheel_centre(False)),
+            "yaw_handle": self._place(console.knob_centre(True, yaw - at.yaw_wheel_rad)),
+            "pitch_handle": self._place(console.knob_centre(False, pitch - at.pitch_wheel_rad)),
+        }
+
+    def _place(self, inside: Vector) -> Vector:
+        x, y, yaw = self.world.console
+        c, s = math.cos(yaw), math.sin(yaw)
+        return (x + c * inside[0] - s * inside[1], y + s * inside[0] + c * inside[1], SOIL_Z_M + inside[2])
 
     def _in_front(self, plant: Plant) -> bool:
         pelvis = plant.pelvis()

@@ -7,14 +7,15 @@ one control tick every 20 ms. ``ls_iterations`` must not be lowered: walks fail.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
 
 from teleop_sim.world.contact import ROBOT_GROUP
+from teleop_sim.world.description import Vector
 from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import RobotModel, add_robot
@@ -45,6 +46,14 @@ class Scenery(Protocol):
 
     def status(self, plant: Plant, memory: tuple[float, ...]) -> dict[str, float]:
         """The status message that the task sends the robot; empty when there is none."""
+
+
+@runtime_checkable
+class HasPlaces(Protocol):
+    """A scenery that tells where things truly are, so that a log can say how wrong a robot's sighting was."""
+
+    def places(self, plant: Plant) -> Mapping[str, Vector]:
+        """Middles by name, odometry frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +127,8 @@ class Plant:
         self._angles_at: slice | list[int] = slice(7, None) if inner else places
         self._actuators = {self.model.actuator(i).name: i for i in range(self.model.nu)}
         self._qposadr = {name: int(self.model.joint(name).qposadr[0]) for name in self.joint_names}
+        self._geoms = [self.model.geom(i).name for i in range(self.model.ngeom)]
+        self._own_geom = [group == ROBOT_GROUP for group in self.model.geom_group.tolist()]
         self._groups = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
 
     # State ---------------------------------------------------------------------------------------------------------
@@ -189,6 +200,15 @@ class Plant:
         """Root position and quaternion w, x, y, z, (7,)."""
         return self._qpos[:7].copy()
 
+    def positions(self) -> np.ndarray:
+        """All that ``pelvis_and_angles`` reads, now."""
+        return self._qpos.copy()
+
+    def pelvis_and_angles(self, positions: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """``pelvis`` (n, 7) and ``angles`` (n, k) at each of ``positions``."""
+        table = np.array(positions).reshape(len(positions), self.model.nq)
+        return table[:, :7].copy(), np.ascontiguousarray(table[:, self._angles_at])
+
     def site(self, name: str) -> Pose:
         """Pose of a named site."""
         site = self.data.site(name)
@@ -206,15 +226,10 @@ class Plant:
 
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Names of the geoms now touching, each pair (robot's, world's) once."""
-        model, data = self.model, self.data
-        pairs = []
-        for a, b in data.contact.geom[: data.ncon]:
-            if model.geom_group[b] == ROBOT_GROUP:
-                a, b = b, a
-            pair = (model.geom(int(a)).name, model.geom(int(b)).name)
-            if pair not in pairs:
-                pairs.append(pair)
-        return tuple(pairs)
+        names, own = self._geoms, self._own_geom
+        touching = ((b, a) if own[b] else (a, b) for a, b in self.data.contact.geom.tolist())
+        # A dict keeps the order in which they were found.
+        return tuple({(names[a], names[b]): None for a, b in touching})
 
     # Rays ----------------------------------------------------------------------------------------------------------
 

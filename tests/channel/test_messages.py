@@ -15,6 +15,7 @@ from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.messages import (
     HANDLES,
     JOINT_GROUPS,
+    MARK_NAMES,
     MESSAGES,
     MODES,
     REQUEST_KINDS,
@@ -37,11 +38,13 @@ from teleop_sim.channel.messages import (
     Lock,
     LockedIs,
     LogLine,
+    Marks,
     MirrorUpdate,
     ModeIs,
     Modify,
     Pause,
     PausedIs,
+    PixelMark,
     Preempt,
     Reject,
     Request,
@@ -108,6 +111,9 @@ instances = st.builds(
     Entry, uint8, uint16, uint8, st.sampled_from(FRAMES), st.builds(Pose, places, rotations)
 ) | st.builds(Entry, uint8, uint16, st.just(GONE))
 listed = st.lists(instances, max_size=4).map(lambda entries: pack_entries(entries, "test"))
+eighths = st.integers(-32767, 32767).map(lambda k: k / 8)
+sizes = st.integers(0, 65535).map(lambda k: k / 8)
+pixel_marks = st.builds(PixelMark, st.sampled_from(MARK_NAMES), eighths, eighths, sizes, sizes)
 
 EXAMPLES = {
     "confirm": st.builds(Confirm, uint16),
@@ -155,6 +161,7 @@ EXAMPLES = {
     "sync_hash": st.builds(SyncHash, uint32, uint32),
     "joint_state": st.builds(JointState, angles),
     "voxel_cloud": st.builds(lambda k, mm: encode_voxels((k + 0.5) * mm / 1000, mm / 1000), clouds, st.integers(1, 90)),
+    "marks": st.builds(Marks, uint16, uint32, st.lists(pixel_marks, max_size=4).map(tuple)),
     "webp_image": st.sampled_from([encode_webp(ramp(), w, h, q) for w, h, q in ((80, 60, 50), (31, 17, 10))]),
 }
 
@@ -261,6 +268,8 @@ def test_a_cut_message_is_bad(topic, data):
         (HandBack(258), "88 0102"),
         (Answer(258, b"ab"), "89 0102 0002 6162"),
         (Modify(b"abc"), "8a 0003 616263"),
+        (Marks(258, 0xCBF43926, ()), "94 0102 cbf43926"),
+        (Marks(1, 2, (PixelMark("yaw_handle", 100.0, -0.125, 8.0, 7.5),)), "94 0001 00000002 02 0320 ffff 0040 003c"),
         (Withdrawn(258), "90 0102"),
         (PausedIs(1), "91 01"),
         (LockedIs(300, 0), "92 00 012c"),
@@ -354,6 +363,12 @@ def test_a_log_line_reads_as_in_the_chat():
         lambda: encode_image(ramp(), 0, 60, 50),
         lambda: encode_image(ramp(), 80, 60, 0),
         lambda: encode_image(ramp(), 65536, 60, 50),
+        lambda: Marks(65536, 0, ()),
+        lambda: Marks(1, 0, (PixelMark("nose", 1.0, 1.0, 1.0, 1.0),)),
+        lambda: Marks(1, 0, (PixelMark("yaw_wheel", math.nan, 1.0, 1.0, 1.0),)),
+        lambda: Marks(1, 0, (PixelMark("yaw_wheel", 4096.0, 1.0, 1.0, 1.0),)),
+        lambda: Marks.decode(bytes.fromhex("94000100000002") + b"\x04" + bytes(8)),
+        lambda: Marks.decode(bytes.fromhex("9400010000000201")),
         lambda: Force(65536, 0),
         lambda: Force(0, 65536),
         lambda: TemplatePose(256, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),

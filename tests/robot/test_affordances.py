@@ -287,9 +287,9 @@ def test_a_wheel_is_turned_in_strokes_with_a_new_grip_each(study: ModuleType) ->
     assert abs(trial.true - trial.asked) < 2 * 2 * 0.002 / 0.123 + 0.02
 
 
-@pytest.mark.parametrize("limit_n", [15.0, 60.0])
-def test_what_is_stuck_ends_at_the_force_limit(study: ModuleType, limit_n: float) -> None:
-    setting = study.Setting("valkyrie", "slide", resist_n=(1000.0, 1000.0), force_limit_n=limit_n)
+@pytest.mark.parametrize(("robot", "limit_n"), [("valkyrie", 15.0), ("valkyrie", 60.0), ("thormang3", 30.0)])
+def test_what_is_stuck_ends_at_the_force_limit(study: ModuleType, robot: str, limit_n: float) -> None:
+    setting = study.Setting(robot, "slide", resist_n=(1000.0, 1000.0), force_limit_n=limit_n)
     trial = study.tried(setting, 3)
     assert trial.told == "force_limit"
     assert abs(trial.true) < 0.001
@@ -297,10 +297,11 @@ def test_what_is_stuck_ends_at_the_force_limit(study: ModuleType, limit_n: float
     assert limit_n < trial.peak_n < limit_n + 2.0
 
 
-def test_a_robot_that_is_not_strong_enough_says_that_nothing_moves(study: ModuleType) -> None:
+def test_a_light_robot_that_pushes_too_hard_is_not_told_as_done(study: ModuleType) -> None:
+    # 80 N are more than its arm gives and more than it can lean against.
     trial = study.tried(study.Setting("thormang3", "slide", resist_n=(1000.0, 1000.0)), 3)
-    assert trial.told == "no_motion"
-    assert trial.peak_n < 60.0
+    assert trial.told in ("no_motion", "fell")
+    assert abs(trial.true) < 0.002
 
 
 def test_an_empty_hand_notices(study: ModuleType) -> None:

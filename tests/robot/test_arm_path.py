@@ -15,6 +15,7 @@ from teleop_sim.robot.collision import Collisions
 from teleop_sim.robot.crank_scene import Thing
 from teleop_sim.robot.kinematics import Kinematics, kinematics_of
 from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.robot.templates import rest_of
 from teleop_sim.world.bare import BareFloor
 from teleop_sim.world.plant import GRAVITY_M_S2, Plant
 
@@ -55,6 +56,8 @@ def test_the_chains_expressions_are_pinocchios(robot: str) -> None:
 def past_a_post() -> tuple[Kinematics, np.ndarray, ArmPath, ChainIk, Collisions]:
     """Atlas' left hand to a place behind a post that stands where the straight way leads."""
     kinematics, q = standing("atlas")
+    for name, value in rest_of("atlas").items():
+        q[kinematics.positions((name,))] = value
     solver = ChainIk(kinematics, "left", stance_of(kinematics, q), q, torso=True)
     hand = kinematics.tool_pose(q, "left")
     goal = solver.solve(q, Target(hand[1] + [0.05, -0.35, 0.25], hand[0][:, 2]), 60)

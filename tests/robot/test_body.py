@@ -78,7 +78,7 @@ def test_the_laws_wrenches_carry_the_base_and_its_accelerations_hold_the_soles(b
     full[:nv] = qdd
     mujoco.mj_mulM(model, data, force, full)
     tau = force[:nv] + data.qfrc_bias[:nv]
-    wrenches = law.foot_wrenches(body.stand, a, tau, R, left)
+    wrenches = law.foot_wrenches(body.stand, g, a, tau, R, left)
     carried = np.zeros(model.nv)
     jacobians = []
     for i, foot in enumerate(("leftFoot", "rightFoot")):

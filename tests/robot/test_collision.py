@@ -128,6 +128,7 @@ def test_ways_to_and_from_the_handle_keep_clear(robot: str, side: Side) -> None:
 
 def test_a_post_in_the_way_is_found_and_walked_round() -> None:
     kinematics, q = standing("atlas")
+    q = resting("atlas", kinematics, q)
     stance, solver = stance_of(kinematics, q), dict(two_stage(kinematics, "left", stance_of(kinematics, q), q))["arm"]
     circle = circle_of(wheel("atlas", "left"))
     over = solver.solve(q, circle.place(3.0, lift_m=0.15), 60).q
@@ -161,4 +162,22 @@ def test_tables_are_remembered_whatever_the_angle() -> None:
 
 def test_a_robot_without_a_stand_is_named() -> None:
     with pytest.raises(UnknownName, match="valkyrie"):
-        crank_stand("thormang3")
+        crank_stand("asimo")
+
+
+@pytest.mark.parametrize("robot", ROBOT_NAMES)
+def test_an_answer_does_not_depend_on_what_was_asked_before(robot: str) -> None:
+    kinematics, q = standing(robot)
+    model, rng = kinematics.model, np.random.default_rng(3)
+    postures = [pin.integrate(model, q, np.r_[np.zeros(6), rng.normal(0.0, 0.4, model.nv - 6)]) for _ in range(30)]
+
+    def gaps(robot_among: Collisions, order: list[int]) -> dict[int, list[float]]:
+        found = {}
+        for k in order:
+            robot_among.nearest(postures[k])
+            found[k] = [result.min_distance for result in robot_among.data.distanceResults]
+        return found
+
+    things = crank_things(wheel(robot, "right"), "right")
+    forwards = gaps(Collisions(robot, things), list(range(30)))
+    assert forwards == gaps(Collisions(robot, things), list(reversed(range(30))))

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from teleop_sim.robot import footstep_guides as fast
+from teleop_sim.robot import footstep_lattice as fl
+from teleop_sim.robot import footstep_moves as fm
 from teleop_sim.robot import footstep_planner as fp
-from teleop_sim.robot import footstep_search as fast
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Cloud, Scan, Walk
 from teleop_sim.robot.episode import NoiseKey, perform
@@ -28,8 +30,8 @@ NAMES = sorted(ROBOTS)
 KEY = NoiseKey(1, 0, 1)
 GAITS = {name: ROBOTS[name]().gait for name in NAMES}
 # Feet only, and a robot with arms ahead of it.
-BARE = fp.Outline((0.27, 0.16), 0.2, ((0.0, 0.0),), 0.1, 1.0)
-ARMED = fp.Outline((0.27, 0.16), 0.25, ((0.0, 0.0), (0.35, 0.3), (0.35, -0.3)), 0.15, 1.0)
+BARE = fl.Outline((0.27, 0.16), 0.2, ((0.0, 0.0),), 0.1, 1.0)
+ARMED = fl.Outline((0.27, 0.16), 0.25, ((0.0, 0.0), (0.35, 0.3), (0.35, -0.3)), 0.15, 1.0)
 
 
 def ground(boxes=(), drops=(), half_m=4.0):
@@ -52,13 +54,13 @@ class Small:
     start: tuple[float, float, float]
     goal: tuple[float, float, float]
     gait: Gait
-    outline: fp.Outline
+    outline: fl.Outline
     margin_m: float = 0.35
 
     def __post_init__(self):
-        self.moves = fp.moves(self.gait)
-        self.where = fp.lattice(self.start, self.goal, self.moves.cell_m, self.margin_m)
-        self.masks = fp.blocked(self.seen, self.where, self.outline, 0.0)
+        self.moves = fm.moves(self.gait)
+        self.where = fl.lattice(self.start, self.goal, self.moves.cell_m, self.margin_m)
+        self.masks = fl.blocked(self.seen, self.where, self.outline, 0.0)
 
     def plan(self, **more):
         return fp.plan_footsteps(
@@ -66,25 +68,25 @@ class Small:
         )
 
     def number(self, i, j, k, foot):
-        return ((np.asarray(i) * self.where.shape[1] + j) * fp.BINS + k) * 2 + foot
+        return ((np.asarray(i) * self.where.shape[1] + j) * fm.BINS + k) * 2 + foot
 
     def graph(self):
         """All steps between all states, as a sparse matrix of costs; written without the planner's search."""
         ni, nj = self.where.shape
-        step_s, cell_s = self.gait.swing_s + self.gait.transfer_s, fp.WAY_S_PER_M * self.moves.cell_m
+        step_s, cell_s = self.gait.swing_s + self.gait.transfer_s, fm.WAY_S_PER_M * self.moves.cell_m
         i, j = (axis.ravel() for axis in np.meshgrid(np.arange(ni), np.arange(nj), indexing="ij"))
         rows, columns, costs = [], [], []
         for foot in (0, 1):
-            for k in range(fp.BINS):
+            for k in range(fm.BINS):
                 for di, dj, dk in self.moves.actions[foot, k, : self.moves.counts[foot, k]]:
-                    to = (i + di, j + dj, (k + dk) % fp.BINS)
+                    to = (i + di, j + dj, (k + dk) % fm.BINS)
                     fine = self.sole_holds(*to, foot) & self.passes(i, j, k, di, dj, dk)
                     fine &= (to[0] >= 0) & (to[0] < ni) & (to[1] >= 0) & (to[1] < nj)
-                    cost = step_s + cell_s * math.hypot(di, dj) + fp.TURN_S_PER_RAD * fp.BIN_RAD * abs(dk)
+                    cost = step_s + cell_s * math.hypot(di, dj) + fm.TURN_S_PER_RAD * fm.BIN_RAD * abs(dk)
                     rows.append(self.number(i, j, k, 1 - foot)[fine])
                     columns.append(self.number(*to, foot)[fine])
                     costs.append(np.full(int(fine.sum()), cost))
-        n = 2 * fp.BINS * ni * nj
+        n = 2 * fm.BINS * ni * nj
         return sparse.csr_matrix((np.concatenate(costs), (np.concatenate(rows), np.concatenate(columns))), (n, n))
 
     def look(self, mask, i, j, outside):
@@ -93,7 +95,7 @@ class Small:
         return np.where(inside, mask[np.clip(i, 0, ni - 1), np.clip(j, 0, nj - 1)], outside)
 
     def sole_holds(self, i, j, k, foot):
-        at = sole_place((0.0, 0.0, k * fp.BIN_RAD), foot, self.gait.width_m)
+        at = sole_place((0.0, 0.0, k * fm.BIN_RAD), foot, self.gait.width_m)
         return ~self.look(
             self.masks.drops, i + round(at.x / self.moves.cell_m), j + round(at.y / self.moves.cell_m), True
         )
@@ -104,7 +106,7 @@ class Small:
         for s in range(1, n + 1):
             a, b, yaw = (math.floor(v * s / n + 0.5) for v in (di, dj, dk))
             free &= ~self.look(self.masks.legs, i + a, j + b, True)
-            turn = (k + yaw) % fp.BINS * fp.BIN_RAD
+            turn = (k + yaw) % fm.BINS * fm.BIN_RAD
             for x, y in self.outline.arms:
                 u, v = math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y
                 u, v = round(u / self.moves.cell_m), round(v / self.moves.cell_m)
@@ -130,7 +132,7 @@ def small_problem(seed):
     boxes = [(*rng.uniform(-0.1, 0.9, 2) * scale, 0.05 * scale) for _ in range(2)]
     drops = [(*rng.uniform(0.0, 0.8, 2) * scale, 0.1 * scale)]
     goal = (0.7 * scale, rng.uniform(-0.2, 0.5) * scale, rng.uniform(-1.5, 1.5))
-    outline = fp.Outline(
+    outline = fl.Outline(
         (0.1 * scale, 0.06 * scale), 0.1 * scale, ((0.0, 0.0), (0.2 * scale, 0.15 * scale)), 0.08 * scale, 1.0
     )
     return Small(ground(boxes, drops), (0.0, 0.0, 0.0), goal, gait, outline, 0.35 * scale)
@@ -158,7 +160,7 @@ def assert_admissible(problem, costs):
     i1, j1, _ = (round(v) for v in problem.where.coordinates(problem.start))
     tenths = fast.distance_map(problem.masks.legs, *problem.where.origin, i1, j1, 40)
     rng = np.random.default_rng(0)
-    states = rng.integers(0, (ni, nj, fp.BINS, 2), (4000, 4))
+    states = rng.integers(0, (ni, nj, fm.BINS, 2), (4000, 4))
     for i, j, k, foot in states:
         true_s = costs[problem.number(i, j, k, foot)]
         if math.isfinite(true_s) and not problem.masks.legs[i, j]:
@@ -175,7 +177,7 @@ def test_small_problems_are_not_all_trivial():
 def test_every_step_keeps_to_the_gait_and_the_last_two_are_on_the_goal(name):
     gait, rng = GAITS[name], np.random.default_rng(5)
     scale = gait.stride_m / 0.27
-    cell = fp.moves(gait).cell_m
+    cell = fm.moves(gait).cell_m
     for _ in range(12):
         goal = (*rng.uniform(-2.0, 2.0, 2) * scale, rng.uniform(-math.pi, math.pi))
         box = (goal[0] / 2, goal[1] / 2, 0.05)
@@ -193,10 +195,10 @@ def test_every_step_keeps_to_the_gait_and_the_last_two_are_on_the_goal(name):
             dx, dy = x1 - x0, y1 - y0
             ahead, left = math.cos(a0) * dx + math.sin(a0) * dy, math.cos(a0) * dy - math.sin(a0) * dx
             turn = out * wrap(a1 - a0)
-            assert fp.reachable(ahead, left, step.foot, cell, gait)
+            assert fm.reachable(ahead, left, step.foot, cell, gait)
             # On the spot a foot turns outwards; while walking both ways, but less. A first step rounds by half a bin.
             walking = gait.turn_walking_rad
-            assert -max(walking, fp.BIN_RAD / 2) - 1e-9 <= turn <= gait.turn_rad + 1e-9
+            assert -max(walking, fm.BIN_RAD / 2) - 1e-9 <= turn <= gait.turn_rad + 1e-9
             if abs(ahead) > cell:
                 assert abs(turn) <= walking + 1e-9
             assert step == sole_place((x1, y1, a1), step.foot, gait.width_m)

@@ -47,13 +47,28 @@ def test_a_shift_moves_the_stance_by_what_was_asked(forward_m, left_m):
         assert bodies[-1] == pytest.approx((1.0 - left_m, 2.0 + forward_m, np.pi / 2 + 0.05), abs=1e-9)
 
 
-@given(st.floats(-0.099, 0.099), st.floats(1.0, 3.0))
+@given(st.floats(-0.199, 0.199), st.floats(0.5, 3.0))
 def test_a_small_turn_at_the_end_of_a_walk_takes_no_step_of_its_own(turn_rad, far_m):
     # Without the bound a rounding error at the goal's heading took two steps.
     straight = g.walk_bodies((0.0, 0.0, 0.0), [(far_m, 0.0, 0.0)], GAIT)
     turned = g.walk_bodies((0.0, 0.0, 0.0), [(far_m, 0.0, turn_rad)], GAIT)
     assert len(turned) == len(straight)
     assert turned[-1] == pytest.approx((far_m, 0.0, turn_rad), abs=1e-9)
+
+
+@given(st.floats(0.2, 2.8), st.floats(-0.2, 0.2))
+def test_where_a_path_bends_does_not_change_how_many_steps_it_takes(bend_m, aside_m):
+    path = [(bend_m, aside_m, 0.0), (3.0, 0.0, 0.0)]
+    bends = np.abs([np.arctan2(aside_m, bend_m), np.arctan2(aside_m, 3.0 - bend_m)])
+    if bends.max() > GAIT.turn_walking_rad or bends.sum() > 3 * GAIT.turn_walking_rad:
+        return
+    length_m = np.hypot(bend_m, aside_m) + np.hypot(3.0 - bend_m, aside_m)
+    bodies = g.walk_bodies((0.0, 0.0, 0.0), path, GAIT)
+    assert len(bodies) == int(np.ceil(length_m / GAIT.stride_m - 1e-9))
+    # All of them on the path.
+    for x, y, _ in bodies:
+        along = bend_m if x <= bend_m else bend_m - 3.0
+        assert y == pytest.approx(aside_m * (x if x <= bend_m else x - 3.0) / along, abs=1e-9)
 
 
 def test_a_turn_that_feet_cannot_make_takes_no_step():

@@ -20,8 +20,8 @@ from teleop_sim.robot.body import Body, RobotState
 from teleop_sim.robot.commands import CircularAffordance, Command, Follow, Grip, Reach, Release, Side, Step, Stop, Walk
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.gait import body_between, wrap
-from teleop_sim.robot.programs.places import AHEAD_M, ASIDE_M
 from teleop_sim.robot.skill import Tick
+from teleop_sim.robot.templates import crank_stand
 from teleop_sim.robot.valkyrie import valkyrie
 from teleop_sim.world import console
 from teleop_sim.world import dish_layout as lay
@@ -32,6 +32,7 @@ from teleop_sim.world.plant import Plant
 
 pytestmark = pytest.mark.slow
 KEY = NoiseKey(1, 0, 1)
+VALKYRIE = crank_stand("valkyrie")
 GRAVITY = 9.81
 COMMANDS: dict[str, Command] = {
     "ahead 2 m": Walk(((2.0, 0.0, 0.0),)),
@@ -312,7 +313,7 @@ def put_down(seed: int, side: Side, friction_nm: float) -> tuple[Watched, RobotS
     plant, left, rng = body.plant, side == "left", np.random.default_rng(seed)
     centre, out = console.wheel_centre(left), 1.0 if left else -1.0
     dx, dy, dyaw = rng.normal(0.0, (0.01, 0.01, 0.02)).clip(-0.02, 0.02)
-    stand = (centre[0] - AHEAD_M + dx, centre[1] - out * ASIDE_M + dy, dyaw)
+    stand = (centre[0] - VALKYRIE.ahead_m + dx, centre[1] - out * VALKYRIE.aside_m + dy, dyaw)
     x, y, yaw = lay.compose(world.console, stand)
     body.load(body.standing())
     here, c, s = plant.data.qpos[:2].copy(), math.cos(yaw), math.sin(yaw)

@@ -89,6 +89,17 @@ def test_what_is_finished_is_not_run_again(swept: Path, tmp_path: Path):
     pd.testing.assert_frame_equal(load_sweep(tmp_path), load_sweep(swept), check_exact=True)
 
 
+def test_a_log_that_is_gone_or_short_is_made_again(swept: Path, tmp_path: Path):
+    run_sweep(short(), tmp_path, Here())
+    folder = SweepFolder(tmp_path)
+    folder.log(0, 1).unlink()
+    folder.log(3, 0).write_bytes(folder.log(3, 0).read_bytes()[:1000])
+    at = run_sweep(short(), tmp_path, Here())
+    assert at.computed + at.remembered == 2
+    assert logs(tmp_path) == logs(swept)
+    pd.testing.assert_frame_equal(load_sweep(tmp_path), load_sweep(swept), check_exact=True)
+
+
 @pytest.mark.parametrize("detail", ["events", "summary"])
 def test_less_detail_changes_no_figure(swept: Path, tmp_path: Path, detail: str):
     run_sweep(short(detail=detail), tmp_path, Here())

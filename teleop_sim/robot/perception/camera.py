@@ -88,6 +88,17 @@ def take(
     return _expose(picture * np.float32(errors.exposure), rng, errors.pixel_noise).reshape(height, width, 3)
 
 
+def project(points: Floats, pose: SensorPose, width: int = WIDTH, height: int = HEIGHT) -> Floats:
+    """Where a picture should show points (n, 3), by what is believed of the camera: (n, 2) [px] from its upper left.
+
+    Inverse of ``pixel_directions``. NaN for what is not in front of the camera.
+    """
+    ahead, left, up = ((points - pose.position) @ pose.rotation).T
+    depth = np.where(ahead > 0.0, ahead, np.nan)
+    f = focal_px(width)
+    return np.stack([width / 2.0 - f * left / depth, height / 2.0 - f * up / depth], axis=-1)
+
+
 def true_directions(width: int, height: int, focal: float) -> Floats:
     """``pixel_directions`` of a lens whose focal length is ``focal`` times that believed."""
     if focal == 1.0:

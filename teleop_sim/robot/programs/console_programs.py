@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from teleop_sim.robot.commands import Cloud, Detect, Look, PlanarPose, Posture, Scan, Vector
 from teleop_sim.robot.commands import Step as Stride
+from teleop_sim.robot.programs.claims import claim_of_fix, claim_of_glimpse
 from teleop_sim.robot.programs.doing import Doing
 from teleop_sim.robot.programs.places import VIEW_M, before, facing_rad, middle, stance
 from teleop_sim.robot.programs.steps import Program, Show, Step
@@ -55,14 +56,17 @@ def detect_coarse(doing: Doing) -> Program:
     fix = yield from _sweep_for(doing, middle(glimpse))
     x, y, _ = fix.pose if fix else middle(glimpse)
     goal = before(x, y, fix.pose[2] if fix else facing_rad(glimpse), VIEW_M)
-    doing.memory.facts.update(glimpse=glimpse, place=goal)
-    yield Show()
+    doing.memory.facts.update(glimpse=glimpse, place=goal, offered=glimpse)
+    # The picture is taken as the head looks that has found it.
+    here = Look(SURVEY_RAD, SWEEP_RAD[doing.tries % len(SWEEP_RAD)], doing.pacing.head_move_s)
+    yield Show(claim_of_glimpse("/DETECTED_PANEL", glimpse, here, here))
     return (yield from doing.done("/DETECTED_PANEL", f"console at {_xy(middle(glimpse))}, walk to {_xy(goal)}"))
 
 
 def walk_to_see(doing: Doing) -> Program:
     """Walk to the place in front of the console."""
     goal: PlanarPose | None = doing.memory.facts.get("place")
+    doing.memory.facts["offered"] = None
     if goal is None:
         return (yield from doing.retry("/WALK_RETRY", "no place to walk to"))
     if (yield from doing.walk((goal,), doing.pacing.walk_start_s)):
@@ -76,7 +80,8 @@ def detect_handle_centre(doing: Doing) -> Program:
     yield from doing.fill(doing.pacing.tilt_wait_s, "head tilts")
     glimpse = yield from _glimpses(doing, 1)
     if glimpse is not None or doing.tries == 0:
-        yield Show()
+        tilt = Look(TILT_RAD, 0.0, doing.pacing.tilt_move_s)
+        yield Show(claim_of_glimpse("/DETECTED_HANDLE", glimpse, tilt, tilt) if glimpse is not None else None)
     if glimpse is None:
         doing.memory.facts["doubted"] = doing.memory.facts.get("glimpse")
         return (yield from doing.retry("/DETECT_HANDLE_RETRY", "wheels not seen from near"))
@@ -99,6 +104,7 @@ def detect_fine(doing: Doing) -> Program:
         doing.memory.facts["doubted"] = doing.memory.facts.get("glimpse")
         return (yield from doing.retry("/DETECT_PANEL_FINE_RETRY", "console not found in the cloud"))
     doing.memory.facts.update(fix=fix, doubted=None)
+    yield Show(claim_of_fix("/DETECTED_PANEL_FINE", fix, doing, otherwise=False))
     return (
         yield from doing.done("/DETECTED_PANEL_FINE", f"console fitted at {_xy(fix.pose)}, heading {fix.pose[2]:.2f}")
     )
@@ -119,7 +125,7 @@ def walk_to_panel(doing: Doing) -> Program:
 def fix_handles(doing: Doing) -> Program:
     """See the handles once more from where they will be grasped; if that fails, the earlier fix must do."""
     if (yield from look_again(doing)):
-        yield Show()
+        yield Show(claim_of_fix("/FIXED_HANDLE", doing.memory.facts["fix"], doing))
         return (yield from doing.done("/FIXED_HANDLE", "both handles seen again from the stance"))
     return (yield from doing.retry("/FIX_RETRY", "handles not found in the cloud"))
 
@@ -165,9 +171,11 @@ def _glimpses(doing: Doing, wanted: int) -> Generator[Step, Any, ConsoleGlimpse 
 
 def _take_doubt(doing: Doing) -> None:
     """A place that did not hold the console when seen from near is not taken again."""
-    doubted: ConsoleGlimpse | None = doing.memory.facts.pop("doubted", None)
-    if doubted is not None:
-        doing.memory.facts["avoid"] = (*doing.memory.facts.get("avoid", ()), middle(doubted))
+    for why in ("doubted", "offered"):
+        # What was offered and is not walked to was rejected.
+        doubted: ConsoleGlimpse | None = doing.memory.facts.pop(why, None)
+        if doubted is not None:
+            doing.memory.facts["avoid"] = (*doing.memory.facts.get("avoid", ()), middle(doubted))
 
 
 def _region(doing: Doing) -> Vector | None:

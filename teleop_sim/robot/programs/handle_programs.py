@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teleop_sim.robot.commands import CircularAffordance, Follow, Grip, Posture, Reach, Side, Walk
+from teleop_sim.robot.programs.claims import claim_of_fix
 from teleop_sim.robot.programs.console_programs import look_again
 from teleop_sim.robot.programs.doing import Doing
 from teleop_sim.robot.programs.places import move, near, stance, worth
@@ -168,6 +169,7 @@ def redetect(doing: Doing) -> Program:
     yield from doing.fill(doing.pacing.posture_reset_s, "posture reset")
     if not (yield from look_again(doing)):
         return (yield from doing.retry("/REDETECT_HANDLE_RETRY", "handles not found in the cloud"))
-    yield Show()
     axis = str(doing.memory.facts.get("axis", PITCH.name)).upper()
-    return (yield from doing.done(f"/REDETECTED_HANDLE_GRASP_{axis}", "both handles seen again"))
+    event = f"/REDETECTED_HANDLE_GRASP_{axis}"
+    yield Show(claim_of_fix(event, doing.memory.facts["fix"], doing))
+    return (yield from doing.done(event, "both handles seen again"))

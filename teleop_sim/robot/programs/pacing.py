@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 from typing import Any
@@ -55,10 +56,15 @@ def pacing(name: str) -> Pacing:
         UnknownName: no such preset.
 
     """
-    presets = tomllib.loads(files("teleop_sim.robot.programs").joinpath("pacing.toml").read_text(encoding="utf-8"))
+    presets = _presets()
     if name not in presets:
         raise UnknownName("pacing", name, tuple(presets))
     return Pacing(**{key: _frozen(value) for key, value in presets[name].items()})
+
+
+@cache
+def _presets() -> dict[str, Any]:
+    return tomllib.loads(files("teleop_sim.robot.programs").joinpath("pacing.toml").read_text(encoding="utf-8"))
 
 
 def _frozen(value: Any) -> Any:

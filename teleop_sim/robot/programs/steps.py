@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
-from teleop_sim.robot.commands import Command
+from teleop_sim.robot.commands import Command, Look, Vector
+
+MarkName = Literal["yaw_wheel", "pitch_wheel", "yaw_handle", "pitch_handle"]
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,38 @@ class Say:
 
 
 @dataclass(frozen=True)
+class Mark:
+    """Something that the robot believes to be somewhere: what, its middle in the odometry frame [m], and its radius."""
+
+    what: MarkName
+    place: Vector
+    radius_m: float
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sighting that a program is about to tell with an event.
+
+    Attributes:
+        event: of the program's state.
+        marks: where everything was seen.
+        aim: turns the head to where a picture shows it; ``back`` puts it where it was.
+        otherwise: is a picture wanted even if nobody compares it with the claim? Then the head stays.
+
+    """
+
+    event: str
+    marks: tuple[Mark, ...]
+    aim: Look
+    back: Look
+    otherwise: bool = True
+
+
+@dataclass(frozen=True)
 class Show:
-    """Send the operator a camera image. The reply is None."""
+    """Send the operator a camera image; of a claim that he will be asked about with marks. The reply is None."""
+
+    claim: Claim | None = None
 
 
 @dataclass(frozen=True)

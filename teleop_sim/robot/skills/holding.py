@@ -23,21 +23,29 @@ SETTLE_S = 0.4
 REACHED_M, REACHED_RAD = 0.006, 0.08
 """A posture that leaves the hand further off is no plan (assumed: less than the play of an open cage round a bar)."""
 ROUND_SPINS = 8
+TURN_COST = 0.02
+"""Room at the joints' limits that a turn of the held thing must win, per radian (assumed)."""
+STRAYED_M, STRAYED_RAD = 0.06, 0.35
+"""A led hand that ends so far off has met a joint's limit or a thing (assumed)."""
 HAS_SHARE = 0.5
 """Share of a thing's weight that must be felt at the wrist to say that it is in the hand (assumed)."""
 BACK_M = 0.14
 """From the handle to where the hand comes from and goes to: the bars' reach beyond the palm is 8 cm (assumed)."""
 
 
-def rotations(handle: Handle) -> list[np.ndarray]:
-    """Ways in which the tool can be turned at a handle: its z along the approach, its y along the bar."""
+def rotations(handle: Handle, like: np.ndarray | None = None) -> list[np.ndarray]:
+    """Ways in which the tool can be turned at a handle: its z along the approach, its y along the bar.
+
+    At a round one they begin with the turn that is nearest to ``like``.
+    """
     z = np.array(handle.approach) / np.linalg.norm(handle.approach)
     if handle.bar is not None:
         bar = np.array(handle.bar) - z * float(z @ np.array(handle.bar))
         first, spins = bar / np.linalg.norm(bar), 2
     else:
-        other = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-        first, spins = np.cross(z, other) / np.linalg.norm(np.cross(z, other)), ROUND_SPINS
+        side = np.cross(z, [1.0, 0.0, 0.0] if abs(z[0]) < 0.9 else [0.0, 1.0, 0.0]) if like is None else like[:, 1]
+        first, spins = side - z * float(z @ side), ROUND_SPINS
+        first = first / np.linalg.norm(first)
     second, found = np.cross(z, first), []
     for k in range(spins):
         turn = math.tau * k / spins
@@ -58,11 +66,30 @@ def best_posture(
 
 
 def kept_posture(arm: Arm, handle: Handle, rng: np.random.Generator) -> tuple[PoseTarget, Posed]:
-    """For a thing in the hand: of the tool's turns at a handle the one nearest to how it is held now."""
+    """For a thing in the hand: the tool turned little; at a round handle as far as gives the joints room.
+
+    First without another start of the search: the arm must come there with what it holds, not swing over.
+    """
     now = arm.hand()[0]
-    rotation = min(rotations(handle), key=lambda each: angle_between(now, each))
-    target = pose_target(np.array(handle.centre), rotation)
-    return target, posture_for(arm, target, rng, arm.reference())
+    near = sorted(rotations(handle, now), key=lambda each: angle_between(now, each))
+    tried = []
+    for rotation in near[:1] if handle.bar is not None else near:
+        target = pose_target(np.array(handle.centre), rotation)
+        posed = posture_for(arm, target, rng, arm.reference(), restarts=0)
+        tried.append((_worth(posed) - TURN_COST * angle_between(now, rotation), target, posed))
+    _, target, posed = max(tried, key=lambda each: each[0])
+    if not posed.solution.within(REACHED_M, REACHED_RAD):
+        posed = posture_for(arm, target, rng, arm.reference())
+    return target, posed
+
+
+def strayed(led: Led, position: np.ndarray, rotation: np.ndarray) -> str | None:
+    """In words, that the hand is felt far from where it was led, or None."""
+    now, place = led.arm.hand()
+    off_m, turn_rad = float(np.linalg.norm(place - position)), angle_between(now, rotation)
+    if off_m < STRAYED_M and turn_rad < STRAYED_RAD:
+        return None
+    return f"the hand came to a stand {off_m * 1e2:.0f} cm and {math.degrees(turn_rad):.0f} degrees off its way"
 
 
 def _worth(posed: Posed) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Handle, Insert
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.holding import best_posture, draw_back, has_it, let_go, refusal
+from teleop_sim.robot.skills.holding import draw_back, has_it, kept_posture, let_go, refusal, strayed
 from teleop_sim.robot.skills.manipulate import arm_of
 from teleop_sim.robot.skills.servoing import UP, Led, line
 
@@ -37,12 +37,15 @@ SEARCH_M_S = 0.015
 DROP_M = 0.006
 """So far below where it first touched, the tip is in the hole (assumed)."""
 STUCK_S = 3.0
+PUSHES = 5
+"""How often at most the tip is pushed at what seems to be the hole (assumed)."""
 WRIGGLE_M, WRIGGLE_HZ = 0.003, 1.0
 """Small circle while pushing, so that a tilted peg does not stay jammed (assumed)."""
 SHORT_M = 0.008
 """Inserted is, whose tip is felt less than so much short of the depth (assumed: errors of joints and grip)."""
-TUG_M, TUG_S, TUG_N = 0.018, 0.8, 5.0
-"""A tip in a hole resists being moved aside, either way; one beside it does not (assumed)."""
+TUG_M, TUG_S, TUG_N = 0.03, 1.0, 5.0
+"""A tip in a hole resists being moved aside, either way; one beside it does not (assumed: more than the 17 mm of play
+in a hole and between two jaws that press alike)."""
 LIMIT_S = 60.0
 
 
@@ -63,7 +66,7 @@ class _Probe:
 
     Attributes:
         along_m: reference of the tip beyond the mouth. most_n: most force along the axis. searched_m: way of the
-            search. rim_m: depth at which the tip first touched; NaN if it has not.
+            search. rim_m: depth at which the tip first touched; NaN if it has not. angle_rad: along the spiral.
     """
 
     def __init__(self, led: Led, command: Insert, rotation: np.ndarray) -> None:
@@ -75,6 +78,7 @@ class _Probe:
         self.most_n = 0.0
         self.searched_m = 0.0
         self.rim_m = math.nan
+        self.angle_rad = 0.0
         weight = led.told_kg * 9.81
         self._borne_n = -weight * float(UP @ self.axis)
 
@@ -118,18 +122,28 @@ def insert(body: Body, command: Insert, rng: np.random.Generator) -> Motion:
     # Reachable must be the bottom; the way down to it is then short and straight.
     held = np.array(command.mouth) + (command.depth_m - command.tip_m) * axis
     x, y, z = (float(v) for v in held)
-    target, posed = best_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng, arm.reference())
+    target, posed = kept_posture(arm, Handle((x, y, z), command.axis, None, mass_kg), rng)
     why = refusal(posed, "the hole")
     if why is not None:
         return Done("no_plan", why)
-    yield from _come_over(led, target.position - (OVER_M + command.depth_m) * axis, target.rotation, posed.solution.q)
+    over = target.position - (OVER_M + command.depth_m) * axis
+    yield from _come_over(led, over, target.rotation, posed.solution.q)
+    why = strayed(led, over, target.rotation)
+    if why is not None:
+        return Done("no_plan", why)
     if mass_kg > 0 and not has_it(led, mass_kg):
         led.tell(0.0)
         return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the hole")
     probe = _Probe(led, command, target.rotation)
     outcome = yield from _feel_for(probe, command)
-    if outcome == "found":
+    for attempt in range(PUSHES):
+        if outcome != "found":
+            break
         outcome = yield from _push(probe, command)
+        # Stuck on the rim: what gave way was no hole. The search goes on from there.
+        if outcome == "force_limit" and probe.depth_m() < probe.rim_m + 2 * DROP_M and attempt + 1 < PUSHES:
+            probe.rim_m = math.nan
+            outcome = yield from _feel_for(probe, command)
     report = InsertReport(probe.depth_m(), probe.most_n, probe.searched_m, float(np.linalg.norm(probe.aside_m())))
     words = f"tip {report.depth_m * 1e3:.0f} mm in, {report.aside_m * 1e3:.0f} mm aside, {report.force_n:.0f} N at most"
     if outcome != "inserted":
@@ -157,14 +171,14 @@ def _come_over(led: Led, place: np.ndarray, rotation: np.ndarray, goal: np.ndarr
 def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
     """Press and search until the tip drops: ``found`` or ``not_found``."""
     across = _across(probe.axis)
-    angle, ticks = 0.0, 0
+    ticks = 0
     dt = probe.led.arm.body.tick_s
     while ticks * dt < LIMIT_S:
         ticks += 1
-        radius_m = TURN_M * angle / math.tau
+        radius_m = TURN_M * probe.angle_rad / math.tau
         if radius_m > command.search_m:
             return "not_found"
-        aside = radius_m * (math.cos(angle) * across[0] + math.sin(angle) * across[1])
+        aside = radius_m * (math.cos(probe.angle_rad) * across[0] + math.sin(probe.angle_rad) * across[1])
         yield probe.press(FIRM_N, aside)
         depth_m = probe.depth_m()
         if depth_m > command.search_m + DROP_M or depth_m > probe.rim_m + DROP_M:
@@ -174,7 +188,7 @@ def _feel_for(probe: _Probe, command: Insert) -> Generator[Tick, None, str]:
             continue
         probe.rim_m = min(probe.rim_m, depth_m) if probe.press_n() > 0.5 * FIRM_N else probe.rim_m
         step_m = SEARCH_M_S * dt
-        angle += step_m / max(radius_m, TURN_M / 2)
+        probe.angle_rad += step_m / max(radius_m, TURN_M / 2)
         probe.searched_m += step_m
     return "not_found"
 

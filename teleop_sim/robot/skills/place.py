@@ -9,7 +9,7 @@ import numpy as np
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Place
 from teleop_sim.robot.skill import Done, Motion, Tick
-from teleop_sim.robot.skills.holding import draw_back, has_it, kept_posture, let_go, refusal
+from teleop_sim.robot.skills.holding import draw_back, has_it, kept_posture, let_go, refusal, strayed
 from teleop_sim.robot.skills.manipulate import arm_of
 from teleop_sim.robot.skills.servoing import UP, Led, line, stay
 
@@ -35,6 +35,9 @@ def place(body: Body, command: Place, rng: np.random.Generator) -> Motion:
     over = target.position + OVER_M * UP
     length_m = float(np.linalg.norm(over - arm.hand()[1]))
     yield from line(led, over, target.rotation, max(1.5, length_m / 0.12), settle_s=0.6)
+    why = strayed(led, over, target.rotation)
+    if why is not None:
+        return Done("no_plan", why)
     if not has_it(led, mass_kg):
         led.tell(0.0)
         return Done("lost", f"only {led.weight_n:.1f} N at the wrist over the place")

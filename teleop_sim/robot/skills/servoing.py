@@ -40,7 +40,8 @@ DAMPING = 1e-4
 TORSO_WEIGHT = 0.05
 """How much a torso joint moves for one of the arm's: torso and arms hang on it."""
 REST_GAIN_HZ = 1.0
-LIMIT_MARGIN_RAD = 0.03
+LIMIT_MARGIN_RAD = 0.01
+"""Less than plans keep (0.03): what is felt must be put right even where a plan ends at a limit."""
 UP = np.array([0.0, 0.0, 1.0])
 FELT_TICKS = 10
 """Over which a wrist's force is averaged."""

@@ -69,7 +69,7 @@ def step(body: Body, command: Step, _: np.random.Generator) -> Motion:
     gait = body.spec.gait
     yield from _square(body)
     here = g.body_between(body.feet())
-    with_shift = command.turn_rad if abs(command.turn_rad) < g.small_turn_rad(gait) else 0.0
+    with_shift = command.turn_rad if abs(command.turn_rad) <= gait.turn_walking_rad else 0.0
     shift = g.shift_bodies(here, command.forward_m, command.left_m, gait, with_shift)
     if shift:
         yield from _follow_plan(body, g.steps_along(shift, g.first_foot(0.0, command.left_m), gait))
@@ -109,10 +109,10 @@ def _follow_plan(body: Body, steps: tuple[Footstep, ...]) -> Motion:
 
 
 def _rows(body: Body, plan: Plan) -> Motion:
-    for k in range(len(plan.rows)):
+    for k, row in enumerate(plan.rows):
         # A cut leaves the rest of the plan in the state, so that a stop can finish the step under way.
         body.walking = (plan, k)
-        yield Tick(body.posture, jaws=body.jaws, row=plan.rows[k])
+        yield Tick(body.posture, jaws=body.jaws, row=row)
     body.walking = None
     return Done("reached")
 
@@ -121,7 +121,8 @@ def stop(body: Body, _command: Stop, _: np.random.Generator) -> Motion:
     """Finish the step under way, then stand on the feet as they are."""
     left = body.unfinished
     if left is not None:
-        rows = np.frombuffer(left.rows).reshape(-1, law.COLUMNS)
+        # A copy: of bytes it would be read-only, another type to compiled code.
+        rows = np.frombuffer(left.rows).reshape(-1, law.COLUMNS).copy()
         for row in rows[: left.step_ends[0] if left.step_ends else len(rows)]:
             yield Tick(body.posture, jaws=body.jaws, row=row)
         body.set_stand()
