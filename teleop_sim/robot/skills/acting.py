@@ -296,7 +296,7 @@ class Actor:
 
         The law makes of it an acceleration, ``rotation_damping`` times the rate; the push's moment about the centre of
         mass needs (r - c) x F / I. Without it a light robot gives way: its pull back to its heading is limited. Of the
-        felt force nothing is fed back: a hand that holds something fixed would push the harder, and topple the robot.
+        felt force nothing is fed back: with a hand on something fixed that is a loop of positive gain.
         """
         force, body = self.now.push_n * self._direction(), self.arm.body
         x, y = self.arm.tool()[:2] - body.stand[law.XI : law.XI + 2]
