@@ -80,7 +80,7 @@ def memo(folder: Path) -> None:
 def main() -> None:
     """Print all of it."""
     replicates = int(sys.argv[1]) if len(sys.argv) > 1 else 50
-    compared = int(sys.argv[2]) if len(sys.argv) > 2 else 8
+    compared = int(sys.argv[2]) if len(sys.argv) > 2 else 10
     warm_up()
     with tempfile.TemporaryDirectory() as folder:
         memo(Path(folder))

@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 Watch = Callable[["SweepProgress"], None]
 
-COMPUTED_S: Final = 2.0
+COMPUTED_S: Final = 2.7
 """CPU time of a run that computes its physics, about (measured: docs/sweeps.md)."""
 
-REMEMBERED_S: Final = 0.05
+REMEMBERED_S: Final = 0.044
 """Of one whose robot did the same in another cell of its replicate, about (measured: docs/sweeps.md)."""
 
-LOG_BYTES: Final = {"full": 400_000, "events": 30_000, "summary": 0}
+LOG_BYTES: Final = {"full": 325_000, "events": 20_000, "summary": 0}
 """Of a run by level of detail, about (measured: docs/sweeps.md)."""
 
-INDEX_BYTES: Final = 1_500
+INDEX_BYTES: Final = 1_000
 """Of a run in journal and index, about (measured: docs/sweeps.md)."""
 
 MOST_ROWS: Final = 40
