@@ -39,7 +39,7 @@ WHEN = {"walk": 0.55, "step": 0.5, "grip": 1.0, "insert": 0.75, "pick": 0.9, "re
 
 EVERY_TICKS = 10
 LIGHT = ("thormang3",)
-"""Robots whose wrists are too weak for the challenge's wheels (docs/physics.md): theirs turn at 0.5 N m."""
+"""Robots to whose wrists the challenge's wheels are heavy (docs/physics.md): theirs turn at 0.5 N m."""
 
 
 @dataclass
