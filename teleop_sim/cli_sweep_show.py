@@ -32,7 +32,7 @@ COMPUTED_S: Final = 2.7
 REMEMBERED_S: Final = 0.044
 """Of one whose robot did the same in another cell of its replicate, about (measured: docs/sweeps.md)."""
 
-LOG_BYTES: Final = {"full": 325_000, "events": 20_000, "summary": 0}
+LOG_BYTES: Final = {"full": 325_000, "events": 35_000, "summary": 0}
 """Of a run by level of detail, about (measured: docs/sweeps.md)."""
 
 INDEX_BYTES: Final = 1_000
