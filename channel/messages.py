@@ -3,8 +3,8 @@
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
 ``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
-``command_messages.py``, ``down_messages.py``, ``picture_messages.py``, ``mark_messages.py`` or
-``template_messages.py``, and its name here.
+``command_messages.py``, ``down_messages.py``, ``picture_messages.py``, ``mark_messages.py``, ``template_messages.py``
+or ``manipulation_messages.py``, and its name here.
 """
 
 from __future__ import annotations
@@ -39,6 +39,18 @@ from teleop_sim.channel.down_messages import (
     SyncHash,
     SyncState,
     Withdrawn,
+)
+from teleop_sim.channel.manipulation_messages import (
+    OUTCOMES,
+    STEPS,
+    AskCloud,
+    FootstepPlan,
+    HandPose,
+    OutcomeName,
+    ResetWorld,
+    StepDone,
+    StepName,
+    TemplateStep,
 )
 from teleop_sim.channel.mark_messages import MARK_NAMES, Marks, PixelMark
 from teleop_sim.channel.message import LEVEL_MAX, MESSAGES, DirectionName, Message
@@ -89,9 +101,12 @@ __all__ = [
     "MARK_NAMES",
     "MESSAGES",
     "MODES",
+    "OUTCOMES",
     "REQUEST_KINDS",
     "SIDES",
+    "STEPS",
     "Answer",
+    "AskCloud",
     "AskView",
     "Attach",
     "BadMessage",
@@ -100,8 +115,10 @@ __all__ = [
     "Confirm",
     "DirectionName",
     "FootstepGoal",
+    "FootstepPlan",
     "Force",
     "HandBack",
+    "HandPose",
     "HandleName",
     "HandlePose",
     "Image",
@@ -117,6 +134,7 @@ __all__ = [
     "MirrorUpdate",
     "ModeIs",
     "Modify",
+    "OutcomeName",
     "Pause",
     "PausedIs",
     "PixelMark",
@@ -124,9 +142,12 @@ __all__ = [
     "Reject",
     "Request",
     "RequestKind",
+    "ResetWorld",
     "Resume",
     "SetLevel",
     "Side",
+    "StepDone",
+    "StepName",
     "StopAll",
     "SyncHash",
     "SyncRequest",
@@ -140,6 +161,7 @@ __all__ = [
     "TemplatePose",
     "TemplateRemove",
     "TemplateState",
+    "TemplateStep",
     "TemplateSync",
     "Unlock",
     "VoxelCloud",

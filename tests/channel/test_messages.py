@@ -18,9 +18,12 @@ from teleop_sim.channel.messages import (
     MARK_NAMES,
     MESSAGES,
     MODES,
+    OUTCOMES,
     REQUEST_KINDS,
     SIDES,
+    STEPS,
     Answer,
+    AskCloud,
     AskView,
     Attach,
     BadMessage,
@@ -28,9 +31,11 @@ from teleop_sim.channel.messages import (
     Chat,
     Confirm,
     FootstepGoal,
+    FootstepPlan,
     Force,
     HandBack,
     HandlePose,
+    HandPose,
     Image,
     JointState,
     JointTargets,
@@ -48,8 +53,10 @@ from teleop_sim.channel.messages import (
     Preempt,
     Reject,
     Request,
+    ResetWorld,
     Resume,
     SetLevel,
+    StepDone,
     StopAll,
     SyncHash,
     SyncRequest,
@@ -63,6 +70,7 @@ from teleop_sim.channel.messages import (
     TemplatePose,
     TemplateRemove,
     TemplateState,
+    TemplateStep,
     TemplateSync,
     Unlock,
     VoxelCloud,
@@ -111,6 +119,7 @@ instances = st.builds(
     Entry, uint8, uint16, uint8, st.sampled_from(FRAMES), st.builds(Pose, places, rotations)
 ) | st.builds(Entry, uint8, uint16, st.just(GONE))
 listed = st.lists(instances, max_size=4).map(lambda entries: pack_entries(entries, "test"))
+thousandths = st.integers(-32767, 32767).map(lambda k: k * 0.001)
 eighths = st.integers(-32767, 32767).map(lambda k: k / 8)
 sizes = st.integers(0, 65535).map(lambda k: k / 8)
 pixel_marks = st.builds(PixelMark, st.sampled_from(MARK_NAMES), eighths, eighths, sizes, sizes)
@@ -161,6 +170,19 @@ EXAMPLES = {
     "sync_hash": st.builds(SyncHash, uint32, uint32),
     "joint_state": st.builds(JointState, angles),
     "voxel_cloud": st.builds(lambda k, mm: encode_voxels((k + 0.5) * mm / 1000, mm / 1000), clouds, st.integers(1, 90)),
+    "template_step": st.builds(
+        TemplateStep, st.sampled_from(STEPS), uint8, st.sampled_from(SIDES), uint16, thousandths
+    ),
+    "step_done": st.builds(StepDone, st.sampled_from(STEPS), st.sampled_from(OUTCOMES), thousandths),
+    "ask_cloud": st.builds(AskCloud, uint16, places, uint8.map(lambda k: 0.01 * k)),
+    "reset_world": st.just(ResetWorld()),
+    "hand_pose": st.builds(HandPose, st.sampled_from(SIDES), places, rotations),
+    "footstep_plan": st.builds(
+        lambda part, more, steps: FootstepPlan(part, part + more, tuple((*g, *y) for g, y in steps)),
+        st.integers(0, 200),
+        st.integers(1, 55),
+        st.lists(st.tuples(on(GROUND, (2,)), on(ROTATION, (1,))), max_size=9),
+    ),
     "marks": st.builds(Marks, uint16, uint32, st.lists(pixel_marks, max_size=4).map(tuple)),
     "webp_image": st.sampled_from([encode_webp(ramp(), w, h, q) for w, h, q in ((80, 60, 50), (31, 17, 10))]),
 }
@@ -172,6 +194,7 @@ BINARY_SIZES = {
     "resume": {1}, "preempt": {1}, "attach": {5}, "sync_request": {1}, "take_over": {2, 3}, "hand_back": {3},
     "withdrawn": {3}, "paused": {2}, "locked": {3, 4}, "template_insert": {17}, "template_move": {17},
     "template_detach": {17}, "template_remove": {4}, "template_attach": {18}, "template_hash": {5},
+    "template_step": {8}, "step_done": {5}, "ask_cloud": {10}, "reset_world": {1}, "hand_pose": {14},
 }  # fmt: skip
 # Their length tells how wide a number is: without its last byte such a message may be another one.
 ONE_OR_TWO = ("mirror", "lock", "unlock", "take_over", "locked", "force")
@@ -242,6 +265,12 @@ def test_a_cut_message_is_bad(topic, data):
         (TemplateSync(bytes.fromhex("02000603")), "a5 02 0006 03"),
         (TemplateState(b""), "b1"),
         (TemplateHash(0xCBF43926), "b0 cbf43926"),
+        (TemplateStep("affordance", 2, "right", 1002, -0.5), "a6 08 02 01 03ea fe0c"),
+        (StepDone("grasp", "blocked", 0.0), "b2 02 05 0000"),
+        (AskCloud(20, (1.0, 0.0, 0.0), 0.5), "a7 0014 03e800000000 32"),
+        (ResetWorld(), "a8"),
+        (HandPose("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "b3 01 0000000003e8 000000000000"),
+        (FootstepPlan(1, 2, ((2.5, -0.005, math.pi),)), "b4 01 02 01f4 ffff 7fff"),
         (FootstepGoal(2.5, -0.005, math.pi), "07 01f4 ffff 7fff"),
         (CartesianTarget("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "08 01 0000000003e8 000000000000"),
         (JointTargets("neck", (math.pi, 0.0, -math.pi)), "09 05 03 7ff 000 801 0"),
