@@ -91,9 +91,20 @@ Program = Generator[Step, Any, str]
 
 @dataclass
 class Memory:
-    """What the field computer remembers between states: the keys of the machine's data flow."""
+    """What the field computer remembers between states: the keys of the machine's data flow.
+
+    Attributes:
+        facts: by name, for the whole run.
+        reads: values of the keys that the state reads at this visit, by the state's own names.
+        parameters: of the state at this visit.
+        writes: values of the keys that the state writes, by its own names; the program puts them here.
+
+    """
 
     facts: dict[str, Any] = field(default_factory=dict)
+    reads: Mapping[str, object] = field(default_factory=dict)
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    writes: dict[str, object] = field(default_factory=dict)
 
 
 ProgramOf = Callable[[Memory], Program]
