@@ -28,7 +28,7 @@ Emit = Callable[[Record], None]
 _R = TypeVar("_R", bound=Record)
 RECORDS: dict[str, type[Record]] = {}
 """Topic to record type."""
-LATE_TOPICS = frozenset({"link/message", "field/disturbance", "field/claim", "operator/judgement"})
+LATE_TOPICS = frozenset({"link/message", "field/disturbance", "field/claim", "operator/judgement", "operator/layer"})
 """Topics that a log declares with their first record only: a log without any has no trace of them."""
 
 
@@ -311,3 +311,17 @@ class Judged(Record):
     evidence_sd: float
     criterion_sd: float
     verdict: str
+
+
+@record("operator/layer")
+class Layer(Record):
+    """An operator worked at one of the layers of control from ``start_s`` to ``t_s``; written when it was over.
+
+    ``layer``: ``alignment`` (a template is inserted and laid on the cloud), ``template`` (steps and affordances of it)
+    or ``teleoperation`` (a hand or joints moved directly). ``text``: what was done. Work that a behaviour does has
+    none; one command from thinking about it until its answer is judged is one record.
+    """
+
+    start_s: float
+    layer: str
+    text: str
