@@ -15,6 +15,7 @@ import numpy as np
 from teleop_sim.robot.affordance import Affordance, Usability
 
 Side = Literal["left", "right"]
+JointGroup = Literal["left_arm", "right_arm", "torso", "neck"]
 Vector = tuple[float, float, float]
 PlanarPose = tuple[float, float, float]
 """x [m], y [m], yaw [rad]."""
@@ -275,6 +276,78 @@ class Take:
 
 
 @dataclass(frozen=True)
+class PreGrasp:
+    """Bring a hand to 10 cm before a handle, open, or shut as a rod, on a way that touches nothing known of.
+
+    ``obstacles``: places that the world model holds full, odometry frame [m]; each is a cube of 5 cm, whether something
+    is there or not. Ends ``reached``, or ``no_plan``, whose cause says what is out of reach or in the way.
+    """
+
+    side: Side
+    handle: Handle
+    shut: bool = False
+    obstacles: tuple[Vector, ...] = ()
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Lead a hand from before a handle straight in, jaws as they are: ``Fingers`` closes them there.
+
+    ``shut``: whether it goes in as a rod. Ends ``reached``, ``blocked`` (it met something before it was there, and was
+    drawn back to where it came from) or ``no_plan`` (it is not before the handle, or the handle is out of reach).
+    """
+
+    side: Side
+    handle: Handle
+    shut: bool = False
+
+
+@dataclass(frozen=True)
+class Fingers:
+    """Close or open a hand where it is; a closing arm gives way. Ends ``closed`` or ``opened``."""
+
+    side: Side
+    close: bool
+
+
+@dataclass(frozen=True)
+class Retreat:
+    """Draw a hand straight back against the handle's approach from where it is felt to be, jaws as they are.
+
+    Ends ``reached``, ``blocked`` (something holds it) or ``no_plan``.
+    """
+
+    side: Side
+    handle: Handle
+    distance_m: float = 0.10
+
+
+@dataclass(frozen=True)
+class Cartesian:
+    """Lead a hand's tool straight to a pose: the operator's direct command.
+
+    ``position``: odometry frame [m]. ``rotation_rad``: rotation vector of the tool in that frame. It ends at a force,
+    beyond what the hand felt when it started. Ends ``reached``, ``blocked`` or ``no_plan``.
+    """
+
+    side: Side
+    position: Vector
+    rotation_rad: Vector
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Bring all joints of a group to angles [rad], in the robot's own order, jaws as they are.
+
+    Ends ``reached``, or ``refused``: another number of joints, or an angle beyond a limit. What is in the way is not
+    looked for; the operator is.
+    """
+
+    group: JointGroup
+    angles_rad: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class LetGo:
     """Let a hand lose its load, open it, draw it straight back and bring it home. Always ends ``released``.
 
@@ -308,6 +381,12 @@ Command = (
     | Place
     | Insert
     | Take
+    | PreGrasp
+    | Grasp
+    | Fingers
+    | Retreat
+    | Cartesian
+    | Joints
     | LetGo
     | Stop
 )
