@@ -6,7 +6,9 @@ Nothing here knows what a message means; ``messages.py`` does. Quantised numbers
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
+from functools import cache
 
 from teleop_sim.core.errors import TeleopError
 
@@ -35,7 +37,7 @@ def pack_counts(values: Sequence[int], limits: Sequence[int], where: str) -> byt
     for value, limit in zip(values, limits, strict=True):
         if not isinstance(value, int) or not 0 <= value <= limit:
             raise BadMessage(where, f"{value!r} cannot be sent", f"Give a whole number from 0 to {limit}.")
-    return b"".join(v.to_bytes(_width(limit), "big") for v, limit in zip(values, limits, strict=True))
+    return _layout(tuple(limits)).pack(*values)
 
 
 def unpack_counts(data: bytes, limits: Sequence[int], where: str) -> tuple[int, ...]:
@@ -45,23 +47,19 @@ def unpack_counts(data: bytes, limits: Sequence[int], where: str) -> tuple[int, 
         BadMessage: too few or too many bytes, or a value above its limit.
 
     """
-    widths = [_width(limit) for limit in limits]
-    if len(data) != sum(widths):
-        raise BadMessage(where, f"{len(data)} bytes after the type byte", f"It has {sum(widths)}.")
-    values: list[int] = []
-    at = 0
-    for width, limit in zip(widths, limits, strict=True):
-        values.append(int.from_bytes(data[at : at + width], "big"))
-        at += width
-        if values[-1] > limit:
-            raise BadMessage(where, f"value {values[-1]} in {data.hex()}", f"At most {limit} is possible.")
-    return tuple(values)
+    layout = _layout(tuple(limits))
+    if len(data) != layout.size:
+        raise BadMessage(where, f"{len(data)} bytes after the type byte", f"It has {layout.size}.")
+    values = layout.unpack(data)
+    for value, limit in zip(values, limits, strict=True):
+        if value > limit:
+            raise BadMessage(where, f"value {value} in {data.hex()}", f"At most {limit} is possible.")
+    return values
 
 
-def _width(limit: int) -> int:
-    if limit < 65536:
-        return 1 if limit < 256 else 2
-    return 4
+@cache
+def _layout(limits: tuple[int, ...]) -> struct.Struct:
+    return struct.Struct(">" + "".join("B" if limit < 256 else "H" if limit < 65536 else "I" for limit in limits))
 
 
 def line_bytes(text: str, encoding: str, where: str) -> bytes:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
-from typing import ClassVar, Literal, Self, TypeVar, dataclass_transform
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Self, TypeVar, dataclass_transform
 
 from teleop_sim.channel.codec import BadMessage, pack_counts, unpack_counts
 
@@ -91,6 +91,11 @@ def message(direction: DirectionName, topic: str, marks: bytes) -> Callable[[typ
     return register
 
 
+def fields_of(m: Message) -> tuple[Any, ...]:
+    """Its fields in order. They are values: ``dataclasses.astuple`` would copy each of them, and takes long."""
+    return tuple([getattr(m, name) for name in m.__match_args__])
+
+
 def body_of(cls: type[Message], payload: bytes) -> bytes:
     """The payload without its type byte."""
     if payload[:1] != cls.marks:
@@ -117,7 +122,7 @@ class Counts(Message):
 
     def encode(self) -> bytes:
         """The type byte and the fields in order."""
-        return self.marks + pack_counts(astuple(self), self.limits, self.topic)
+        return self.marks + pack_counts(fields_of(self), self.limits, self.topic)
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
@@ -159,7 +164,7 @@ class Number(Message):
 
     def encode(self) -> bytes:
         """The type byte and the number."""
-        (value,) = astuple(self)
+        (value,) = fields_of(self)
         return self.marks + pack_number(value, self.topic)
 
     @classmethod
@@ -181,7 +186,7 @@ class Sized(Message):
 
     def encode(self) -> bytes:
         """The type byte, the numbers, the count (two bytes) and the bytes."""
-        *numbers, data = astuple(self)
+        *numbers, data = fields_of(self)
         if not isinstance(data, bytes):
             raise BadMessage(self.topic, f"{type(data).__name__} cannot be sent", "Give bytes.")
         return self.marks + pack_counts((*numbers, len(data)), (*self.limits, UINT16_MAX), self.topic) + data

@@ -28,7 +28,16 @@ WEBP_SIDE_MAX = 16383
 WEBP_PIXELS_MAX = 1 << 24
 """Damage can make a header promise 268 million, for which libwebp takes 2 GB before it looks (assumed: 4096 x 4096)."""
 
+JPEG_PIXELS_MAX = 89_478_485
+"""Damage can make a header promise gigapixels. Pillow warns of bombs above this, a quarter of a GB in colour."""
+
 _JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
+_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_JPEG_FRAME = struct.Struct(">BHHB")
+"""A frame's sample precision, lines, samples a line, components (ITU-T T.81, B.2.2). Other marks: tables (B.1.1.3)."""
+_JPEG_SCAN, _JPEG_ALONE = 0xDA, frozenset({0x00, 0x01, *range(0xD0, 0xDA)})
+_JPEG_BITS = 8
+_JPEG_MODES = {1: "L", 3: "RGB", 4: "CMYK"}
 _WEBP_HEAD = struct.Struct("<4sI4s4sI3s3sHH")
 """RIFF, its size, WEBP, VP8, its size; frame tag, start code, width and height (14 bits, and 2 of scale)."""
 
@@ -53,7 +62,9 @@ def grey_jpeg(pixels: np.ndarray, width: int, height: int, quality: int) -> byte
 
 
 def jpeg_size(jpeg: bytes, where: str) -> tuple[int, int]:
-    """Width and height [px] of a whole grey JPEG.
+    """Width and height [px] of a whole grey JPEG, without unpacking it.
+
+    Source: ITU-T T.81, B.1.1 and B.2.
 
     Raises:
         BadMessage: the bytes are cut off or are no grey JPEG.
@@ -61,10 +72,30 @@ def jpeg_size(jpeg: bytes, where: str) -> tuple[int, int]:
     """
     if not (jpeg.startswith(_JPEG_START) and jpeg.endswith(_JPEG_END)):
         raise BadMessage(where, f"{len(jpeg)} bytes are no whole JPEG", "Give a whole grey JPEG.")
-    with _opened(jpeg, "JPEG", where) as picture:
-        if picture.mode != "L":
-            raise BadMessage(where, f"a JPEG in mode {picture.mode}", "Give a whole grey JPEG.")
-        return picture.size
+    precision, height, width, parts = _jpeg_frame(jpeg)
+    if precision != _JPEG_BITS or not 0 < width * height <= JPEG_PIXELS_MAX or parts not in _JPEG_MODES:
+        raise BadMessage(where, f"{len(jpeg)} bytes are no sound JPEG: {width} x {height} px", "Send it again.")
+    if parts != 1:
+        raise BadMessage(where, f"a JPEG in mode {_JPEG_MODES[parts]}", "Give a whole grey JPEG.")
+    return width, height
+
+
+def _jpeg_frame(jpeg: bytes) -> tuple[int, int, int, int]:
+    """Precision, height, width and components of the last frame before a scan; zeros if the head is none."""
+    at, frame = len(_JPEG_START), (0, 0, 0, 0)
+    while at + _JPEG_FRAME.size + 4 <= len(jpeg) and jpeg[at] == 0xFF:
+        mark, size = jpeg[at + 1], int.from_bytes(jpeg[at + 2 : at + 4], "big")
+        if mark == 0xFF:  # may stand before any mark
+            at += 1
+            continue
+        if mark == _JPEG_SCAN:
+            return frame
+        if mark in _JPEG_ALONE or size < 2:
+            break
+        if mark in _JPEG_FRAMES:
+            frame = _JPEG_FRAME.unpack_from(jpeg, at + 4)
+        at += 2 + size
+    return (0, 0, 0, 0)
 
 
 def jpeg_pixels(jpeg: bytes, where: str) -> np.ndarray:
