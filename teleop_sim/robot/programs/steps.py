@@ -10,6 +10,17 @@ from teleop_sim.robot.commands import Command, Look, Vector
 
 MarkName = Literal["yaw_wheel", "pitch_wheel", "yaw_handle", "pitch_handle"]
 
+StepName = Literal[
+    "stand", "pregrasp", "grasp", "open", "close", "attach", "detach", "usability", "affordance", "release", "home"
+]
+"""Steps of the manipulation workflow of object templates: Romay et al., section 3.3."""
+
+StepResult = Literal[
+    "reached", "taken", "closed", "opened", "released", "blocked", "no_plan", "no_motion", "grip_lost", "force_limit",
+    "timed_out", "fell", "stopped", "refused",
+]  # fmt: skip
+"""What can come of one."""
+
 
 @dataclass(frozen=True)
 class Wait:
@@ -83,7 +94,23 @@ class Reply:
     duration_s: float
 
 
-Step = Command | Wait | AskStatus | AskData | Say | Show
+@dataclass(frozen=True)
+class Stepped:
+    """A step of the workflow is over: the operator is told. The reply is None.
+
+    Attributes:
+        step: which.
+        outcome: what came of it.
+        amount: of an affordance, how far the thing was felt to go in its sense [m or rad].
+
+    """
+
+    step: StepName
+    outcome: StepResult
+    amount: float = 0.0
+
+
+Step = Command | Wait | AskStatus | AskData | Say | Show | Stepped
 Answer = Reply | Mapping[str, float] | bytes | None
 Program = Generator[Step, Any, str]
 """Yields steps, receives their replies, returns the event of its state."""
@@ -95,6 +122,7 @@ class Memory:
 
     Attributes:
         facts: by name, for the whole run.
+        path: of the state at this visit.
         reads: values of the keys that the state reads at this visit, by the state's own names.
         parameters: of the state at this visit.
         writes: values of the keys that the state writes, by its own names; the program puts them here.
@@ -102,6 +130,7 @@ class Memory:
     """
 
     facts: dict[str, Any] = field(default_factory=dict)
+    path: str = ""
     reads: Mapping[str, object] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=dict)
     writes: dict[str, object] = field(default_factory=dict)
