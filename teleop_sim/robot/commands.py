@@ -15,7 +15,7 @@ import numpy as np
 from teleop_sim.robot.affordance import Affordance, Usability
 
 Side = Literal["left", "right"]
-JointGroup = Literal["left_arm", "right_arm", "torso", "neck"]
+JointGroup = Literal["left_arm", "right_arm", "left_leg", "right_leg", "torso", "neck", "left_hand", "right_hand"]
 Vector = tuple[float, float, float]
 PlanarPose = tuple[float, float, float]
 """x [m], y [m], yaw [rad]."""
@@ -314,7 +314,7 @@ class Fingers:
 class Retreat:
     """Draw a hand straight back against the handle's approach from where it is felt to be, jaws as they are.
 
-    Ends ``reached``, ``blocked`` (something holds it) or ``no_plan``.
+    Ends ``reached`` or ``blocked`` (something holds it).
     """
 
     side: Side
@@ -339,8 +339,9 @@ class Cartesian:
 class Joints:
     """Bring all joints of a group to angles [rad], in the robot's own order, jaws as they are.
 
-    Ends ``reached``, or ``refused``: another number of joints, or an angle beyond a limit. What is in the way is not
-    looked for; the operator is.
+    Arms, torso and neck: the law moves the legs, and ``Fingers`` the hands. Ends ``reached``, ``blocked`` (a wrist felt
+    a force, or a joint was held) or ``refused``: another group or number of joints, or an angle beyond a limit. What is
+    in the way is not looked for; the operator does that.
     """
 
     group: JointGroup

@@ -6,23 +6,19 @@ import numpy as np
 
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import LetGo
-from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skill import Done, Motion
+from teleop_sim.robot.skills.fingers import YIELD_S, give_way
 from teleop_sim.robot.skills.holding import draw_back
 from teleop_sim.robot.skills.holding import let_go as open_hand
 from teleop_sim.robot.skills.manipulate import JAW_OPEN, arm_of, move_jaws
 from teleop_sim.robot.skills.servoing import Led
-
-YIELD_S = 0.6
-"""For the arm to be pushed to where the thing would have it (assumed: as long as a hand takes to open)."""
 
 
 def let_go(body: Body, command: LetGo, rng: np.random.Generator) -> Motion:
     """See ``LetGo``. The way back starts where the hand is felt to be, and goes along its own approach axis."""
     arm = arm_of(body, command.side)
     led = Led(arm)
-    for _ in range(round(YIELD_S / body.tick_s)):
-        led.feel_wrist()
-        yield Tick(led.yielding(), jaws=led.jaws)
+    yield from give_way(led)
     if not command.shut:
         yield from open_hand(led)
     yield from draw_back(led)
