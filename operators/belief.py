@@ -90,15 +90,16 @@ class Belief:
             self.views[message.topic] = now_s, message
         self._time_trips(now_s)
         self._look(message)
-        if isinstance(message, MirrorUpdate) and message.edge < len(table) and self.mirror.stranger is None:
+        if type(message) is MirrorUpdate and message.edge < len(table) and self.mirror.stranger is None:
             edge = table[message.edge]
             self.refused.pop(message.edge, None)
             # A lost update leaves a gap: the edge itself says where the machine must have been.
             self._visit((edge.state, *self._entered(edge)))
             self._count(edge, now_s)
             return edge
-        if not set(self.visited[-1:]) & set(self.mirror.states):
-            self._visit(self.mirror.states)
+        states = self.mirror.states
+        if not self.visited or self.visited[-1] not in states:
+            self._visit(states)
         return None
 
     def shown(self, request: Request) -> tuple[Image, Marks] | None:
@@ -116,9 +117,9 @@ class Belief:
         self.refused[request.edge] = self.refused.get(request.edge, 0) + 1
 
     def _look(self, message: Message) -> None:
-        if isinstance(message, Image):
+        if type(message) is Image:
             self._picture = message
-        elif isinstance(message, Marks):
+        elif type(message) is Marks:
             self._claims.pop(message.edge, None)
             if self._picture is not None and zlib.crc32(self._picture.coded) == message.picture:
                 self._claims[message.edge] = (self._picture, message)
@@ -178,6 +179,8 @@ class Belief:
 
     def _time_trips(self, now_s: float) -> None:
         """The effect of an answer is seen when its request is no longer open."""
+        if not self._answered:
+            return
         still = {asked.request for asked in self.mirror.asked}
         for number in [n for n in self._answered if n not in still]:
             seen_s = now_s - self._answered.pop(number)

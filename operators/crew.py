@@ -74,7 +74,7 @@ class Crew:
     def receive(self, payload: bytes) -> None:
         """Take what the downlink delivered. All displays change at once; the rest waits for attention."""
         message = self._station.receive(payload)
-        if self._templates is not None and isinstance(message, TemplateState | TemplateHash):
+        if self._templates is not None and isinstance(message, (TemplateState, TemplateHash)):
             reply = self._templates.receive(message, float(self._env.now))
             if reply is not None:
                 self._send(*encode_message(reply), "templates out of step")

@@ -23,6 +23,7 @@ from teleop_sim.channel.messages import (
     encode_message,
 )
 from teleop_sim.core.records import Emit
+from teleop_sim.machines.sync import Snapshot
 from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe, trigger
 from teleop_sim.operators.belief import VIEWS
 from teleop_sim.operators.desk import Desk, Order
@@ -59,6 +60,7 @@ class Person(Worker):
         super().__init__(env, desk, timing, human, key, emit, roles)
         self._policy = desk.policy
         self._reading_rng = self._draws(Purpose.READ, *((seat,) if seat else ()))
+        self._noticed: Snapshot | None = None
         self._requests: list[Request] = []
         self._given: dict[int, tuple[Message, ...]] = {}
         self._serving = 0
@@ -69,18 +71,28 @@ class Person(Worker):
 
     def notice(self, message: Message) -> None:
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
-        if self.belief.mirror.asked or self._asked or self._orders or self.talks:
-            self._close()
-            for asked in self.belief.mirror.asked:
-                if asked.request not in self._asked:
-                    self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
-            self._weigh()
+        shown = self.belief.mirror.snapshot
+        # Most messages change nothing of what the mirror shows.
+        if shown is not self._noticed or self._orders or self.talks:
+            self._noticed = shown
+            self._take_in(shown)
         if type(message) in VIEWS:
             self._try_again()
-        wanted: Role = "supervisor" if isinstance(message, LogLine) else "immersed"
-        if isinstance(message, LogLine | Image) and wanted in self.roles:
+        if (type(message) is LogLine and "supervisor" in self.roles) or (
+            type(message) is Image and "immersed" in self.roles
+        ):
             self._unread.append(message)
         trigger(self._news)
+
+    def _take_in(self, shown: Snapshot) -> None:
+        """Open requests, and where the machine is, may have changed."""
+        if not (shown.asked or self._asked or self._orders or self.talks):
+            return
+        self._close()
+        for asked in shown.asked:
+            if asked.request not in self._asked:
+                self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
+        self._weigh()
 
     def order(self, request: Request, messages: tuple[Message, ...]) -> None:
         """Somebody else asks this person to send something."""

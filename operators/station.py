@@ -60,11 +60,10 @@ class Station:
         """Take what the downlink delivered."""
         message = decode_payload(payload)
         tell(self.mirror, message)
-        told = isinstance(message, SyncHash)
-        if self.mirror.wants_sync and (told or not self._asked or float(self._env.now) >= self._due_s):
-            self._ask(SyncRequest(), self._wait_s)
-        elif not self.mirror.wants_sync:
+        if not self.mirror.wants_sync:
             self._asked = 0
+        elif type(message) is SyncHash or not self._asked or float(self._env.now) >= self._due_s:
+            self._ask(SyncRequest(), self._wait_s)
         return message
 
     def _ask(self, message: Message, wait_s: float) -> None:
