@@ -122,18 +122,18 @@ class Memory:
 
     Attributes:
         facts: by name, for the whole run.
-        path: of the state at this visit.
         reads: values of the keys that the state reads at this visit, by the state's own names.
         parameters: of the state at this visit.
         writes: values of the keys that the state writes, by its own names; the program puts them here.
+        path: of the state.
 
     """
 
     facts: dict[str, Any] = field(default_factory=dict)
-    path: str = ""
     reads: Mapping[str, object] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=dict)
     writes: dict[str, object] = field(default_factory=dict)
+    path: str = ""
 
 
 ProgramOf = Callable[[Memory], Program]
