@@ -161,7 +161,7 @@ class Nudge:
 
 @dataclass(frozen=True)
 class Posture:
-    """Bring arms, torso and head to a named posture."""
+    """Bring arms, torso and head to a named posture, or some of them (``teleop_sim.robot.predefined``)."""
 
     name: str
     duration_s: float = 2.0

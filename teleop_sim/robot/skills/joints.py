@@ -18,6 +18,8 @@ GUARD_N = 60.0
 """Force at a wrist beyond what it felt when the move started (assumed: as of ``Cartesian``)."""
 ROUNDING_RAD = 0.002
 """Beyond a limit by no more than a message rounds by (``channel``'s JointTargets: 1.53 mrad) is at the limit."""
+STAY_RAD = 1e-3
+"""What is no way to go."""
 OFF_RAD = 0.03
 """A joint that ends so far off was held (assumed: arms are within 11 mrad under load)."""
 
@@ -60,6 +62,8 @@ def swing(body: Body, angles_rad: Mapping[str, float], least_s: float = LEAST_S)
     for name, angle in angles_rad.items():
         joint = body.spec.model.description.joint(name)
         goal[body.upper_names.index(name)] = min(max(angle, joint.lower_rad), joint.upper_rad)
+    if np.abs(goal - start).max() < STAY_RAD:
+        return Done("reached", "there already", 0.0)
     moving = np.array([name in angles_rad for name in body.upper_names])
     seconds = max(least_s, STRETCH * float(np.abs(goal - start).max()) / PEAK_RATE_RAD_S)
     wrists = [Led(arm_of(body, side)) for side in body.hands]

@@ -7,7 +7,9 @@ import numpy as np
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Look, Posture
 from teleop_sim.robot.gait import smooth
+from teleop_sim.robot.predefined import angles_of
 from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skills.joints import swing
 
 
 def blend(body: Body, goal: np.ndarray, duration_s: float, jaws: tuple[float, float] | None = None) -> Motion:
@@ -51,7 +53,15 @@ def _within(body: Body, name: str, value: float) -> float:
 
 
 def posture(body: Body, command: Posture, _: np.random.Generator) -> Motion:
-    """Take a named posture with open hands; the head stays where it looks."""
+    """Take a named posture with open hands; the head stays where it looks.
+
+    One of ``teleop_sim.robot.predefined`` moves its own joints alone, guarded, and may end ``blocked``; hands and all
+    other joints stay as they are.
+    """
+    home = dict(zip(body.upper_names, body.named_posture("walk"), strict=True))
+    angles = angles_of(body.spec, command.name, home)
+    if angles is not None:
+        return (yield from swing(body, angles, command.duration_s))
     goal = body.named_posture(command.name)
     for name in body.spec.neck:
         goal[body.upper_names.index(name)] = body.posture[body.upper_names.index(name)]
