@@ -33,7 +33,14 @@ SKILLS = {
     "nudge": "hand",
     "cartesian": "hand",
     "joints": "hand",
+    "pregrasp": "hand",
+    "grasp": "hand",
+    "take": "hand",
+    "fingers": "hand",
+    "retreat": "hand",
+    "letgo": "hand",
     "follow": "follow",
+    "act": "follow",
     "posture": "posture",
 }
 """Skill to the family that gives it its colour; others are ``other``."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from teleop_sim.core.records import PlantSample
 from teleop_sim.log.load import load
+from teleop_sim.reports.drc_table import run_markdown
 from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
 from teleop_sim.reports.table import csv_text, markdown_text, state_table
 from teleop_sim.reports.timeline import draw_timeline
+from teleop_sim.reports.timeline_layers import draw_layers, has_layers
 from teleop_sim.reports.verification import verification, verification_csv, verification_markdown
 
 
@@ -21,7 +24,8 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
     Returns:
         the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
         ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged; ``.verification.csv`` and
-        ``.verification.md`` where claims were compared with pictures.
+        ``.verification.md`` where claims were compared with pictures; ``.layers.png``, ``.layers.svg`` and
+        ``.layers.md`` where the crew worked at layers of control below a behaviour.
 
     Raises:
         LogDamaged: there is no log at that path.
@@ -47,6 +51,13 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
         texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
     if judged := verification(log.records()):
         texts |= {"verification.csv": verification_csv(judged), "verification.md": verification_markdown(judged)}
+    pictures = [png, svg]
+    kept = [r for r in log.records() if not isinstance(r, PlantSample)]
+    if has_layers(kept):
+        pictures += [folder / f"{name}.layers.{end}" for end in ("png", "svg")]
+        for picture in pictures[2:]:
+            draw_layers([kept], picture)
+        texts["layers.md"] = run_markdown(kept)
     for end, text in texts.items():
         (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
-    return [png, svg, *(folder / f"{name}.{end}" for end in texts)]
+    return [*pictures, *(folder / f"{name}.{end}" for end in texts)]
