@@ -24,6 +24,7 @@ from teleop_sim.channel.messages import (
 )
 from teleop_sim.machines.declare import Edge, Machine
 from teleop_sim.machines.mirror import Mirror
+from teleop_sim.machines.sync import Snapshot
 from teleop_sim.operators.interventions import failed_state
 from teleop_sim.operators.verification import Judgement
 
@@ -62,6 +63,7 @@ class Belief:
     def __init__(self, mirror: Mirror) -> None:
         self.mirror = mirror
         self.visited: tuple[str, ...] = mirror.states
+        self._placed: Snapshot | None = None
         self.helped: tuple[str, ...] = ()
         self.heard_s = 0.0
         self.views: dict[str, tuple[float, Message]] = {}
@@ -97,9 +99,10 @@ class Belief:
             self._visit((edge.state, *self._entered(edge)))
             self._count(edge, now_s)
             return edge
-        states = self.mirror.states
-        if not self.visited or self.visited[-1] not in states:
-            self._visit(states)
+        if self._placed is not self.mirror.snapshot:
+            self._placed, states = self.mirror.snapshot, self.mirror.states
+            if not self.visited or self.visited[-1] not in states:
+                self._visit(states)
         return None
 
     def shown(self, request: Request) -> tuple[Image, Marks] | None:

@@ -61,6 +61,7 @@ class Person(Worker):
         self._policy = desk.policy
         self._reading_rng = self._draws(Purpose.READ, *((seat,) if seat else ()))
         self._noticed: Snapshot | None = None
+        self._policy_due_s = math.inf
         self._requests: list[Request] = []
         self._given: dict[int, tuple[Message, ...]] = {}
         self._serving = 0
@@ -73,7 +74,8 @@ class Person(Worker):
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
         shown = self.belief.mirror.snapshot
         # Most messages change nothing of what the mirror shows.
-        if shown is not self._noticed or self._orders or self.talks:
+        changed = shown is not self._noticed or bool(self._orders or self.talks)
+        if changed:
             self._noticed = shown
             self._take_in(shown)
         if type(message) in VIEWS:
@@ -82,7 +84,20 @@ class Person(Worker):
             type(message) is Image and "immersed" in self.roles
         ):
             self._unread.append(message)
-        trigger(self._news)
+            changed = True
+        # To wake somebody for nothing takes longer than all the rest.
+        if not self._news.triggered and (changed or type(message) in VIEWS or self._minds()):
+            self._news.succeed()
+
+    def _minds(self) -> bool:
+        """Does the policy want something else than it did when this person began to wait?"""
+        return self._wake_s() != self._policy_due_s or bool(self._advice())
+
+    def _wake_s(self) -> float:
+        """When the policy wants to be asked again."""
+        if "supervisor" not in self.roles:
+            return math.inf
+        return self._policy.wake_s(self.belief, float(self._env.now), self._desk.briefing)
 
     def _take_in(self, shown: Snapshot) -> None:
         """Open requests, and where the machine is, may have changed."""
@@ -198,8 +213,8 @@ class Person(Worker):
     def _wait(self) -> Process:
         self._news = self._env.event()
         due_s = min((u.due_s for u in self._unanswered.values()), default=math.inf)
-        if "supervisor" in self.roles:
-            due_s = min(due_s, self._policy.wake_s(self.belief, float(self._env.now), self._desk.briefing))
+        self._policy_due_s = self._wake_s()
+        due_s = min(due_s, self._policy_due_s)
         if due_s == math.inf:
             yield self._news
         else:
