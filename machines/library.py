@@ -8,6 +8,8 @@ from types import MappingProxyType
 
 from teleop_sim.core.errors import UnknownName
 from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.drc import door_machine, valve_machine
+from teleop_sim.machines.operator_only import operator_only
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.machines.src_panel import src_panel
 from teleop_sim.machines.vigir import read_behaviour
@@ -16,6 +18,11 @@ MACHINES: Mapping[str, Callable[[], Machine]] = MappingProxyType(
     {
         "src-dish": src_dish,
         "src-panel": src_panel,
+        "drc-door-atlas": partial(door_machine, "atlas"),
+        "drc-door-thormang3": partial(door_machine, "thormang3"),
+        "drc-valve-atlas": partial(valve_machine, "atlas"),
+        "drc-valve-thormang3": partial(valve_machine, "thormang3"),
+        "operator-only": operator_only,
         "vigir-door-atlas": partial(read_behaviour, "open_door_atlas"),
         "vigir-door-thor": partial(read_behaviour, "open_door_thor"),
         "vigir-valve-atlas": partial(read_behaviour, "turn_valve_atlas"),

@@ -146,7 +146,7 @@ class Running:
         if state.decides:
             return (yield from self._guard(visit, Outcome(visit.path, state.suggests, "autonomous")))
         if not state.program:
-            return (yield from self._ask(visit, Outcome(visit.path, "", "forced"), "manual", "waits for the operator"))
+            return (yield from self._ask(visit, Outcome(visit.path, "", "forced"), *_by_hand(state)))
         return (yield from self._work(visit, state))
 
     def _work(self, visit: Visit, state: State) -> WaitFor:
@@ -298,3 +298,10 @@ class Running:
 
     def _edge(self, outcome: Outcome) -> Edge:
         return self.machine.edge(outcome.path, outcome.event)
+
+
+def _by_hand(state: State) -> tuple[str, str]:
+    """What a state that waits for a person asks for: help, or to act from the start; and in words."""
+    if ("request", "act") in state.parameters:
+        return "act", "the operator acts"
+    return "manual", "waits for the operator"
