@@ -17,13 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from teleop_sim.templates.elements import Template
-from teleop_sim.templates.poses import Pose, pose_of, rotation
+from teleop_sim.templates.poses import Pose, pose_of
 from teleop_sim.templates.shapes import bounds
 
 Floats = npt.NDArray[np.float64]
@@ -91,6 +92,14 @@ class Prepared:
         return Prepared(self.points[kept], weights[kept], self.off[kept], self.voxel_m)
 
 
+@dataclass(frozen=True, eq=False)
+class _Solid:
+    """A template's solids as the compiled loops want them, and their middle (3,)."""
+
+    rows: Floats
+    middle: Floats
+
+
 @dataclass(frozen=True)
 class Fit:
     """What came of a fit.
@@ -146,7 +155,7 @@ def largest_plane(points_m: Floats, threshold_m: float, rng: np.random.Generator
     normal, at = normal[good] / length[good, None], triple[good, 0]
     few = points_m[_evenly(np.arange(len(points_m)), min(len(points_m), FINE_POINTS))]
     offset = np.einsum("ij,ij->i", normal, at)
-    best = int((np.abs(few @ normal.T - offset) < threshold_m).sum(axis=0).argmax())
+    best = int(_loops().votes(few, normal, offset, threshold_m).argmax())
     return np.asarray(np.abs(points_m @ normal[best] - offset[best]) < threshold_m)
 
 
@@ -164,13 +173,14 @@ def fit_template(template: Template, cloud: Prepared, start: Pose) -> Fit:
         The start itself, with no share, if fewer than 20 points are near it.
 
     """
-    near = cloud.only(np.abs(_distance(template, cloud.points, start)) < NEAR_M)
+    solid = _solid(template)
+    near = cloud.only(np.abs(_distance(solid, cloud.points, start)) < NEAR_M)
     if len(near) < LEAST_POINTS:
         return Fit(start, float("nan"), 0.0, len(near))
     fine_m = _fine_m(cloud)
     best = fit_roughly(template, near, _starts(template, start))
-    pose = _descend(template, near.thinned(FINE_POINTS), best, fine_m, FINE_ROUNDS)
-    off = np.abs(_distance(template, near.points, pose))
+    pose = _descend(solid, near.thinned(FINE_POINTS), best, fine_m, FINE_ROUNDS)
+    off = np.abs(_distance(solid, near.points, pose))
     own = off < 2.0 * fine_m
     rms_m = float(np.sqrt((off[own] ** 2).mean())) if own.any() else float("nan")
     return Fit(pose, rms_m, float(own.mean()), len(near))
@@ -178,13 +188,21 @@ def fit_template(template: Template, cloud: Prepared, start: Pose) -> Fit:
 
 def fit_roughly(template: Template, cloud: Prepared, starts: Sequence[Pose]) -> Pose:
     """The pose that explains most of the points, of those that a few rounds lead to from some starts."""
-    few, tried = cloud.thinned(COARSE_POINTS), []
+    few, solid = cloud.thinned(COARSE_POINTS), _solid(template)
+    tried = []
     for start in starts:
         pose = start
         for scale_m in COARSE_SCALES_M:
-            pose = _descend(template, few, pose, scale_m, COARSE_ROUNDS)
-        tried.append((_cost(template, few, pose, _fine_m(cloud)), pose))
+            pose = _descend(solid, few, pose, scale_m, COARSE_ROUNDS)
+        tried.append((_cost(solid, few, pose, _fine_m(cloud)), pose))
     return min(tried, key=lambda cost_and_pose: cost_and_pose[0])[1]
+
+
+def _loops() -> ModuleType:
+    """The compiled loops. Loaded with the first fit: numba takes a while, and not every run lays a template."""
+    from teleop_sim.operators import fit_math
+
+    return fit_math
 
 
 def _fine_m(cloud: Prepared) -> float:
@@ -197,39 +215,30 @@ def _starts(template: Template, start: Pose) -> list[Pose]:
     return [pose_of(start.place(np.array((0.0, y, z))), start.matrix) for y, z in SLIDES_M]
 
 
-def _distance(template: Template, points: Floats, pose: Pose) -> Floats:
-    return template.signed((points - np.array(pose.position_m)) @ pose.matrix)[0]
+def _solid(template: Template) -> _Solid:
+    return _Solid(_loops().packed(template.shapes), np.array(template.middle_m))
 
 
-def _descend(template: Template, cloud: Prepared, pose: Pose, scale_m: float, rounds: int) -> Pose:
+def _distance(solid: _Solid, points: Floats, pose: Pose) -> Floats:
+    pivot = pose.place(solid.middle)
+    return np.asarray(_loops().distances(solid.rows, points, pose.matrix, pivot, solid.middle))
+
+
+def _descend(solid: _Solid, cloud: Prepared, pose: Pose, scale_m: float, rounds: int) -> Pose:
     """Gauss-Newton rounds at one scale. The pose turns about the template's middle, which keeps the axes apart."""
-    middle = np.array(template.middle_m)
-    matrix, pivot, done = pose.matrix, pose.place(middle), max(DONE_STEP, DONE_VOXELS * cloud.voxel_m)
-    for _ in range(rounds):
-        off = cloud.points - pivot
-        error, way = template.signed(off @ matrix + middle)
-        normal = way @ matrix.T
-        slope = -np.concatenate([_cross(off, normal), normal], axis=1)
-        weight = cloud.weights / (1.0 + (error / scale_m) ** 2) ** 2
-        square = (slope * weight[:, None]).T @ slope
-        square += np.diag(DAMPING * np.diag(square) + STIFFNESS * len(cloud))
-        step = np.clip(-np.linalg.solve(square, slope.T @ (weight * error)), -LONGEST_STEP, LONGEST_STEP)
-        matrix, pivot = rotation(step[:3]) @ matrix, pivot + step[3:]
-        if float(np.abs(step).max()) < done:
-            break
+    middle, done = solid.middle, max(DONE_STEP, DONE_VOXELS * cloud.voxel_m)
+    stiffness = STIFFNESS * len(cloud)
+    matrix, pivot = _loops().descend(
+        solid.rows, cloud.points, cloud.weights, pose.matrix, pose.place(middle), middle,
+        scale_m, rounds, done, LONGEST_STEP, DAMPING, stiffness,
+    )  # fmt: skip
     return pose_of(pivot - matrix @ middle, matrix)
 
 
-def _cost(template: Template, cloud: Prepared, pose: Pose, scale_m: float) -> float:
+def _cost(solid: _Solid, cloud: Prepared, pose: Pose, scale_m: float) -> float:
     """Weighted mean of Geman-McClure's function, 0 (on the surface) to 1 (far from it)."""
-    square = (_distance(template, cloud.points, pose) / scale_m) ** 2
+    square = (_distance(solid, cloud.points, pose) / scale_m) ** 2
     return float(np.average(square / (1.0 + square), weights=cloud.weights))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Vector products of rows (n, 3): numpy's own takes five times as long."""
-    ax, ay, az, bx, by, bz = (*a.T, *b.T)
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def _evenly(places: npt.NDArray[np.intp], count: int) -> npt.NDArray[np.intp]:
