@@ -15,14 +15,13 @@ from teleop_sim.robot.commands import Cartesian
 from teleop_sim.robot.pose_ik import PoseIk, PoseTarget, angle_between, pose_target
 from teleop_sim.robot.skill import Done, Motion
 from teleop_sim.robot.skills.enter import refusal
+from teleop_sim.robot.skills.guarding import guard_n
 from teleop_sim.robot.skills.manipulate import STRETCH, Arm, arm_of, plan_stance, rest_posture
 from teleop_sim.robot.skills.servoing import FELT_TICKS, Led, line, stay
 
 SPEED_M_S, TURN_RAD_S = 0.1, 0.5
 """Peak of the tool's way (assumed: twice a nudge's; a reach of 0.5 m in 10 s can be watched)."""
 LEAST_S = 0.4
-GUARD_N = 60.0
-"""Force beyond what the hand felt when it started (assumed: levers take 35 N, Act stops at 80)."""
 BEHIND_M, BEHIND_RAD = 0.02, 0.2
 """A hand so far from where it was led has met something (assumed: as one that goes in, and half of a nod)."""
 ROW_M, ROW_RAD = 0.03, 0.15
@@ -62,24 +61,19 @@ def cartesian(body: Body, command: Cartesian, rng: np.random.Generator) -> Motio
     led.goal = plan.path[-1]
     # The average of the wrist's force is full before it is taken for what the hand felt at the start.
     yield from stay(led, FELT_TICKS * body.tick_s)
-    first = led.force()
-    met_n = 0.0
+    first, guard, met_n = led.force(), guard_n(body), 0.0
 
     def stopped() -> bool:
         nonlocal met_n
         met_n = max(met_n, float(np.linalg.norm(led.force() - first)))
-        return met_n > GUARD_N
+        return met_n > guard
 
-    yield from line(led, goal.position, goal.rotation, _seconds(arm, goal), stopped, settle_s=0.4)
+    met = yield from line(led, goal.position, goal.rotation, _seconds(arm, goal), stopped, settle_s=0.4)
     rotation, position = arm.hand()
     left_m = float(np.linalg.norm(goal.position - position))
     report = CartesianReport(met_n, left_m, angle_between(rotation, goal.rotation))
-    return Done(_outcome(report), f"{met_n:.0f} N at most, {left_m * 1e3:.0f} mm left", report)
-
-
-def _outcome(report: CartesianReport) -> str:
-    there = report.left_m <= BEHIND_M and report.left_rad <= BEHIND_RAD
-    return "reached" if there and report.met_n <= GUARD_N else "blocked"
+    there = not met and left_m <= BEHIND_M and report.left_rad <= BEHIND_RAD
+    return Done("reached" if there else "blocked", f"{met_n:.0f} N at most, {left_m * 1e3:.0f} mm left", report)
 
 
 def _planned(arm: Arm, goal: PoseTarget) -> Plan:

@@ -10,12 +10,11 @@ import numpy as np
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import JointGroup, Joints
 from teleop_sim.robot.skill import Done, Motion, Tick
+from teleop_sim.robot.skills.guarding import guard_n
 from teleop_sim.robot.skills.manipulate import PEAK_RATE_RAD_S, STRETCH, arm_of, smooth
 from teleop_sim.robot.skills.servoing import LEASH_RAD, Led
 
 LEAST_S, SETTLE_S = 1.0, 0.4
-GUARD_N = 60.0
-"""Force at a wrist beyond what it felt when the move started (assumed: as of ``Cartesian``)."""
 ROUNDING_RAD = 0.002
 """Beyond a limit by no more than a message rounds by (``channel``'s JointTargets: 1.53 mrad) is at the limit."""
 STAY_RAD = 1e-3
@@ -55,8 +54,8 @@ def group_joints(body: Body, group: JointGroup) -> tuple[str, ...]:
 def swing(body: Body, angles_rad: Mapping[str, float], least_s: float = LEAST_S) -> Motion:
     """Bring joints to angles along a straight way in joint space, the others as they were told, jaws as they are.
 
-    References lead the felt joints by no more than a leash; a wrist that feels ``GUARD_N`` more than at the start ends
-    it. ``reached`` or ``blocked``; data: the largest angle left [rad].
+    References lead the felt joints by no more than a leash; a wrist that feels ``guard_n`` more than at the start
+    ends it. ``reached`` or ``blocked``; data: the largest angle left [rad].
     """
     start, goal = body.posture.copy(), body.posture.copy()
     for name, angle in angles_rad.items():
@@ -68,6 +67,7 @@ def swing(body: Body, angles_rad: Mapping[str, float], least_s: float = LEAST_S)
     seconds = max(least_s, STRETCH * float(np.abs(goal - start).max()) / PEAK_RATE_RAD_S)
     wrists = [Led(arm_of(body, side)) for side in body.hands]
     first_n: list[np.ndarray] = []
+    guard = guard_n(body)
     count, before = max(1, math.ceil(seconds / body.tick_s)), 0.0
     for k in range(1, count + round(SETTLE_S / body.tick_s) + 1):
         share = smooth(k / count)
@@ -82,7 +82,7 @@ def swing(body: Body, angles_rad: Mapping[str, float], least_s: float = LEAST_S)
         forces = [wrist.force() for wrist in wrists]
         first_n = forces if k <= 10 else first_n
         met_n = max((float(np.linalg.norm(a - b)) for a, b in zip(forces, first_n, strict=True)), default=0.0)
-        if met_n > GUARD_N:
+        if met_n > guard:
             return Done("blocked", f"{met_n:.0f} N at a wrist", _left_rad(body, goal, moving))
     left_rad = _left_rad(body, goal, moving)
     return Done("reached" if left_rad <= OFF_RAD else "blocked", f"{left_rad:.3f} rad left", left_rad)
