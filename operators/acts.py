@@ -10,6 +10,7 @@ from enum import IntEnum
 import simpy
 
 from teleop_sim.channel.messages import (
+    AskCloud,
     Chat,
     Confirm,
     Force,
@@ -17,8 +18,10 @@ from teleop_sim.channel.messages import (
     Message,
     Reject,
     Request,
+    ResetWorld,
     SetLevel,
     TakeOver,
+    TemplateStep,
 )
 from teleop_sim.core.records import Judged
 from teleop_sim.machines.declare import Machine
@@ -36,12 +39,14 @@ class Briefing:
         round_trip_s: nominal.
         uplink_bps: nominal.
         heartbeat_s: silence after which the field site tells its hash; zero: it does not.
+        in_reach: the thing to work at is within the hands' reach from the start.
 
     """
 
     round_trip_s: float
     uplink_bps: float
     heartbeat_s: float = 0.0
+    in_reach: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,8 @@ class Purpose(IntEnum):
     GIVE = 9
     ORDER = 10
     LOOK = 11
+    ASK = 12
+    CHECK = 13
 
 
 def describe(message: Message, question: str, machine: Machine | None = None) -> str:
@@ -101,6 +108,12 @@ def describe(message: Message, question: str, machine: Machine | None = None) ->
             return f"force: {outcome.state} {outcome.event}"
         case TakeOver(node=node) if machine is not None:
             return f"take over: {machine.net.nodes[node].path}"
+        case TemplateStep(step=step, side=side, which=which):
+            return f"step: {step} {which} {side}"
+        case AskCloud(voxel_mm=voxel_mm):
+            return f"cloud at {voxel_mm} mm"
+        case ResetWorld():
+            return "reset the world model"
         case _:
             return str(message)
 

@@ -25,6 +25,7 @@ from teleop_sim.channel.messages import (
 from teleop_sim.machines.declare import Edge, Machine
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.sync import Snapshot
+from teleop_sim.operators.at_work import TOLD, AtWork
 from teleop_sim.operators.interventions import failed_state
 from teleop_sim.operators.verification import Judgement
 
@@ -57,6 +58,7 @@ class Belief:
         moves: by request, how many movements by hand were made for it.
         judged: what was made of the claims that requests ask about, by request.
         refused: how often in a row each outcome, by its place in the table, was refused.
+        work: what has arrived of work with a template.
 
     """
 
@@ -76,6 +78,7 @@ class Belief:
         self._answered: dict[int, float] = {}
         self.judged: dict[int, Judgement] = {}
         self.refused: dict[int, int] = {}
+        self.work = AtWork()
         self._picture: Image | None = None
         self._claims: dict[int, tuple[Image, Marks]] = {}
 
@@ -92,6 +95,8 @@ class Belief:
             self.views[message.topic] = now_s, message
         self._time_trips(now_s)
         self._look(message)
+        if type(message) in TOLD:
+            self.work.take(message, now_s, self.mirror.states)
         if type(message) is MirrorUpdate and message.edge < len(table) and self.mirror.stranger is None:
             edge = table[message.edge]
             self.refused.pop(message.edge, None)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
 from teleop_sim.channel.messages import Message, Request
 from teleop_sim.operators.acts import Briefing, Send
 from teleop_sim.operators.belief import Belief
+from teleop_sim.operators.deeds import Deeds
+from teleop_sim.operators.guide import Check
 from teleop_sim.operators.policies import Policy
 from teleop_sim.operators.roles import Role
 from teleop_sim.operators.timing import OperatorTiming
@@ -32,6 +34,36 @@ class Giver(Protocol):
         ...
 
 
+@runtime_checkable
+class Wanting(Protocol):
+    """A giver who may have to ask for something first."""
+
+    def wants(self, belief: Belief) -> Message | None:
+        """What is to be asked for before anything can be given; None: nothing."""
+        ...
+
+
+def wanted(giver: object, belief: Belief) -> Message | None:
+    """What a giver has to ask for first; None: nothing, or it never asks."""
+    return giver.wants(belief) if isinstance(giver, Wanting) else None
+
+
+class Hands(Protocol):
+    """What people do by hand, piece by piece."""
+
+    def check(self, belief: Belief, request: Request) -> Check:
+        """What somebody is to look at before a request is answered; empty: nothing."""
+        ...
+
+    def checking(self, belief: Belief, request: Request, what: Check, rng: np.random.Generator) -> Deeds:
+        """Look at it; whether all is well."""
+        ...
+
+    def doing(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
+        """Do what the state that asks does."""
+        ...
+
+
 @dataclass
 class Desk:
     """What is shared.
@@ -43,6 +75,7 @@ class Desk:
         policy: what the crew has agreed on.
         givers: who meets requests for data, by what ViGIR's states ask for (parameter ``request``).
         criterion: evidence above which who verifies rejects a claim.
+        hands: how work in lieu of a state is done, piece by piece; None: as the policy moves a hand.
         seats: who has which role.
 
     """
@@ -53,6 +86,7 @@ class Desk:
     policy: Policy
     givers: Mapping[str, Giver] = field(default_factory=dict)
     criterion: float = CRITERION
+    hands: Hands | None = None
     seats: dict[Role, Person] = field(default_factory=dict)
 
     def giver(self, request: Request) -> Giver | None:
@@ -69,3 +103,12 @@ class Order:
 
     request: Request
     messages: tuple[Message, ...]
+
+
+@dataclass(frozen=True)
+class Errand:
+    """Before a request is answered, somebody is to have a look at something, for whoever answers it."""
+
+    request: Request
+    what: Check
+    asker: Person

@@ -11,29 +11,36 @@ import math
 from dataclasses import replace
 from typing import cast
 
+import numpy as np
 import simpy
 
 from teleop_sim.channel.messages import (
+    FootstepPlan,
     Image,
     LogLine,
     Message,
     Reject,
     Request,
     RequestKind,
+    ResetWorld,
     encode_message,
 )
 from teleop_sim.core.records import Emit
 from teleop_sim.machines.sync import Snapshot
 from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe, trigger
+from teleop_sim.operators.at_work import TOLD
 from teleop_sim.operators.belief import VIEWS
-from teleop_sim.operators.desk import Desk, Order
+from teleop_sim.operators.desk import Desk, Errand, Order, wanted
+from teleop_sim.operators.handwork import Handworker
 from teleop_sim.operators.human import Human, happens, misjudged
 from teleop_sim.operators.roles import Role, role_of
 from teleop_sim.operators.timing import OperatorTiming, words_in
-from teleop_sim.operators.worker import Worker
+
+SEEN = frozenset({*VIEWS, *TOLD})
+"""What somebody may be waiting for."""
 
 
-class Person(Worker):
+class Person(Handworker):
     """Serves one thing at a time, the most urgent first (``acts.Urgency``). See ``docs/operator.md``.
 
     Args:
@@ -67,6 +74,7 @@ class Person(Worker):
         self._serving = 0
         self._advised = 0
         self._orders: list[Order] = []
+        self._errands: list[Errand] = []
         self._unanswered: dict[int, Unanswered] = {}
         self._tries: dict[int, int] = {}
 
@@ -74,11 +82,11 @@ class Person(Worker):
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
         shown = self.belief.mirror.snapshot
         # Most messages change nothing of what the mirror shows.
-        changed = shown is not self._noticed or bool(self._orders or self.talks)
+        changed = shown is not self._noticed or bool(self._orders or self._errands or self.talks)
         if changed:
             self._noticed = shown
             self._take_in(shown)
-        if type(message) in VIEWS:
+        if type(message) in VIEWS or type(message) is FootstepPlan:
             self._try_again()
         if (type(message) is LogLine and "supervisor" in self.roles) or (
             type(message) is Image and "immersed" in self.roles
@@ -86,7 +94,7 @@ class Person(Worker):
             self._unread.append(message)
             changed = True
         # To wake somebody for nothing takes longer than all the rest.
-        if not self._news.triggered and (changed or type(message) in VIEWS or self._minds()):
+        if not self._news.triggered and (changed or type(message) in SEEN or self._minds()):
             self._news.succeed()
 
     def _minds(self) -> bool:
@@ -101,7 +109,7 @@ class Person(Worker):
 
     def _take_in(self, shown: Snapshot) -> None:
         """Open requests, and where the machine is, may have changed."""
-        if not (shown.asked or self._asked or self._orders or self.talks):
+        if not (shown.asked or self._asked or self._orders or self._errands or self.talks):
             return
         self._close()
         for asked in shown.asked:
@@ -115,6 +123,12 @@ class Person(Worker):
         self._call(Urgency.ORDER)
         trigger(self._news)
 
+    def errand(self, errand: Errand) -> None:
+        """Somebody, or this person himself, wants this person to have a look."""
+        self._errands.append(errand)
+        self._call(Urgency.ORDER)
+        trigger(self._news)
+
     def run(self) -> Process:
         """Process: never ends."""
         while True:
@@ -122,6 +136,8 @@ class Person(Worker):
                 yield from self._answer(self._next_request())
             elif self._orders:
                 yield from self._obey(self._orders.pop(0))
+            elif self._errands:
+                yield from self._run_errand(self._errands.pop(0))
             elif self.talks:
                 yield from self._talk(self.talks[0])
             elif late := self._overdue():
@@ -140,18 +156,38 @@ class Person(Worker):
         if role_of(self.belief.machine, request) not in self.roles:
             return
         self._asked[request.request] = request
-        if request.request not in self._given and request.request != self._serving:
-            speaker, listener = self._talk_before(request)
-            if speaker is listener:
-                self._requests.append(request)
-            else:
-                said = self.belief.question(request)
-                self._talk_of((speaker, listener), request, said, lambda: self._take(request))
+        new = request.request not in self._given and request.request != self._serving
+        if new and not self._has_checked(request):
+            self._prepare(request)
         self._call(Urgency.HELP if request.kind == "manual" else Urgency.ANSWER)
+
+    def _prepare(self, request: Request) -> None:
+        """Somebody says something to somebody before this person can answer, or nobody has to."""
+        speaker, listener = self._talk_before(request)
+        if speaker is listener:
+            self._requests.append(request)
+        else:
+            said = self.belief.question(request)
+            self._talk_of((speaker, listener), request, said, lambda: self._take(request))
+
+    def _has_checked(self, request: Request) -> bool:
+        """Have somebody look first, if anything should be looked at. Returns whether somebody will."""
+        hands = self._desk.hands
+        what = hands.check(self.belief, request) if hands is not None else ""
+        if not what:
+            return False
+        errand = Errand(request, what, self)
+        other = self._desk.seats["auxiliary" if what == "template" else "primary"]
+        if other is self:
+            self.errand(errand)
+        else:
+            self._talk_of((self, other), request, f"check {what}", lambda: other.errand(errand))
+        return True
 
     def _try_again(self) -> None:
         """What could not be given for want of a view can perhaps be given now."""
-        for number in [n for n in self._tries if n in self._asked and self._given.get(n) == ()]:
+        waiting = {self._serving, *(request.request for request in self._requests)}
+        for number in [n for n in self._tries if n in self._asked and self._given.get(n) == () and n not in waiting]:
             del self._given[number]
             self._requests.append(self._asked[number])
             self._call(Urgency.ANSWER)
@@ -177,7 +213,8 @@ class Person(Worker):
         shown = {asked.request for asked in self.belief.mirror.asked}
         self._asked = {n: r for n, r in self._asked.items() if n in shown}
         self._requests = [r for r in self._requests if r.request in self._asked]
-        self._orders = [order for order in self._orders if order.request.request in shown]
+        self._orders = [order for order in self._orders if order.request.request in (0, *shown)]
+        self._errands = [errand for errand in self._errands if errand.request.request in shown]
         for talk in [talk for talk in self.talks if talk.request and talk.request not in shown]:
             talk.cancel()
 
@@ -228,7 +265,9 @@ class Person(Worker):
         if self.belief.age_s(float(self._env.now)) > self._policy.stale_s(request):
             yield from self._look_again(request)
         if request.kind == "act":
-            yield from self._move_and_wait(request)
+            yield from self._move_and_wait(request) if self._desk.hands is None else self._by_hand(request)
+        if request.kind == "data":
+            yield from self._fetch(request, self._tries.get(request.request, 0))
         question = self.belief.question(request)
         start_s = self._env.now
         yield self._env.timeout(self._sample_s(self._thinking_s(request, question), rng))
@@ -244,8 +283,15 @@ class Person(Worker):
             self.belief.note_refusal(request)
         if not (messages and self._passed_on(request, messages)):
             yield from self._send_all(request, messages, rng)
+            self._note_laid(float(start_s), messages)
         self._serving = 0
+        if not messages and self._wanting(request):
+            self._requests.append(request)
         self._weigh()
+
+    def _wanting(self, request: Request) -> bool:
+        """Is there something to ask for, so that this can be answered after all?"""
+        return request.request in self._asked and wanted(self._desk.giver(request), self.belief) is not None
 
     def _thinking_s(self, request: Request, question: str) -> float:
         words, giver = words_in(question), self._desk.giver(request)
@@ -281,6 +327,23 @@ class Person(Worker):
 
     def _obey(self, order: Order) -> Process:
         yield from self._send_all(order.request, order.messages, self._draws(Purpose.ORDER, order.request.request))
+
+    def _run_errand(self, errand: Errand) -> Process:
+        """Have a look, put right what is off, and tell who asked."""
+        request, asker = errand.request, errand.asker
+        if self._desk.hands is None or not self._stands(request):
+            return
+        self._acting = "auxiliary" if errand.what == "template" else "primary"
+        rng = self._draws(Purpose.CHECK, request.request)
+        well = yield from self._carry_out(
+            request, self._desk.hands.checking(self.belief, request, errand.what, rng), rng
+        )
+        self._acting = None
+        if asker is self:
+            self._take(request)
+        elif self._stands(request):
+            said = f"{errand.what} {'fits' if well else 'was off'}"
+            self._talk_of((self, asker), request, said, lambda: asker._take(request))
 
     def _move_and_wait(self, request: Request) -> Process:
         """Move a hand by eye: a small open-loop movement, then wait for what it has done, and so on (Ferrell 1965)."""
@@ -320,7 +383,18 @@ class Person(Worker):
         dropped = cut or self._advice() != advice
         self._record(start_s, "decide", 0, f"dropped: {text}" if dropped else text)
         if not dropped:
+            yield from self._have_done(advice, rng)
+
+    def _have_done(self, advice: tuple[Message, ...], rng: np.random.Generator) -> Process:
+        """Do it, or ask whose part it is: the world model is the auxiliary operator's."""
+        other = self._desk.seats["auxiliary"] if any(isinstance(m, ResetWorld) for m in advice) else self
+        if other is self:
             yield from self._send_all(NOBODY, advice, rng)
+            return
+        for message in advice:
+            self.belief.note_sent(message, 0, float(self._env.now))
+        said = ", ".join(describe(message, "", self.belief.machine) for message in advice)
+        self._talk_of((self, other), NOBODY, said, lambda: other.order(NOBODY, advice))
 
     def _read(self, item: LogLine | Image) -> Process:
         is_line = isinstance(item, LogLine)

@@ -13,11 +13,13 @@ import numpy as np
 
 from teleop_sim.channel.messages import Answer, Message, Request, VoxelCloud
 from teleop_sim.channel.template_ends import StationTemplates
+from teleop_sim.channel.template_messages import TemplateChange
 from teleop_sim.operators.alignment import Aligned, AlignmentFigures, align, alignment_s, load_alignment
 from teleop_sim.operators.belief import Belief
+from teleop_sim.operators.clouds import Region, newest_cloud
 from teleop_sim.operators.timing import OperatorTiming
 from teleop_sim.templates.elements import Template
-from teleop_sim.templates.poses import Triple
+from teleop_sim.templates.poses import Pose, Triple
 from teleop_sim.templates.server import Entry
 
 SELECTED_OBJECT = "SELECTED_OBJECT_ID"
@@ -36,9 +38,11 @@ class TemplateGiver:
         template: that the person takes the thing for.
         eye_m: (3,) where the robot's sensor is believed to be, in the odometry frame.
         figures: of the person.
+        region: where the thing is expected, and which clouds are asked for; None: nobody asks.
 
     Attributes:
         laid: what was laid last; for reports of the station's own view.
+        fits: whether it fitted.
 
     """
 
@@ -46,37 +50,65 @@ class TemplateGiver:
     template: Template
     eye_m: Triple
     figures: AlignmentFigures = field(default_factory=load_alignment)
+    region: Region | None = None
     laid: Aligned | None = None
+    fits: bool = False
+    _refused: VoxelCloud | None = None
+    _tries: int = 0
+
+    def wants(self, belief: Belief) -> Message | None:
+        """What has to be asked for before a template can be laid: a cloud, finer each time one did not do."""
+        cloud = newest_cloud(belief)
+        if self.region is None or (cloud is not None and cloud is not self._refused):
+            return None
+        lying = self.lying()
+        middle = None if lying is None else _point(lying.pose, self.template.handle_m)
+        return self.region.ask(middle, self._tries)
 
     def work_s(self, belief: Belief, request: Request, timing: OperatorTiming) -> float:
         """Mean time that it takes [s]; without a cloud, that of looking for one."""
         del request
-        cloud = self._cloud(belief)
+        cloud = newest_cloud(belief)
         if cloud is None:
             return timing.read_image_s()
-        return alignment_s(timing, self.figures, cloud.voxel_m, again=self._lying() is not None)
+        return alignment_s(timing, self.figures, cloud.voxel_m, again=self.lying() is not None)
 
     def give(self, belief: Belief, request: Request, rng: np.random.Generator) -> tuple[Message, ...]:
         """The template's message and the answer; nothing if no cloud has come, or the template fits none of it."""
-        cloud, lying = self._cloud(belief), self._lying()
+        told = self.lay(belief, belief.heard_s, rng)
+        return () if told is None else (told, Answer(request.request, bytes([told.instance])))
+
+    def lay(self, belief: Belief, now_s: float, rng: np.random.Generator) -> TemplateChange | None:
+        """Lay the template over the newest cloud, from where it lies if it does; None: no cloud, or it fits none."""
+        cloud, lying = newest_cloud(belief), self.lying()
+        self.fits = False
         if cloud is None:
-            return ()
+            return None
         near = None if lying is None else lying.pose
         self.laid = align(self.template, cloud, self.eye_m, rng, self.figures, near)
-        if self.laid is None or self.laid.fit.share < LEAST_SHARE:
-            return ()
-        now_s, pose = belief.heard_s, self.laid.pose
+        self.fits = self.laid is not None and self.laid.fit.share >= LEAST_SHARE
+        if self.laid is None or not self.fits:
+            self._refused, self._tries = cloud, self._tries + 1
+            return None
+        pose = self.laid.pose
         if lying is None:
-            told = self.station.insert(self.template.type_id, pose, now_s)
-        else:
-            told = self.station.move(lying.instance, pose, now_s)
-        return told, Answer(request.request, bytes([told.instance]))
+            return self.station.insert(self.template.type_id, pose, now_s)
+        return self.station.move(lying.instance, pose, now_s)
 
-    def _cloud(self, belief: Belief) -> VoxelCloud | None:
-        _, view = belief.views.get(VoxelCloud.topic, (0.0, None))
-        return view if isinstance(view, VoxelCloud) else None
+    def fitted(self, belief: Belief, near: Pose, rng: np.random.Generator) -> Pose | None:
+        """Where the newest cloud has the template, as well as it shows; None: it does not show it."""
+        cloud = newest_cloud(belief)
+        if cloud is None:
+            return None
+        found = align(self.template, cloud, self.eye_m, rng, self.figures, near)
+        return found.fit.pose if found is not None and found.fit.share >= LEAST_SHARE else None
 
-    def _lying(self) -> Entry | None:
+    def lying(self) -> Entry | None:
         """The newest instance of this template that lies in the odometry frame."""
         mine = [e for e in self.station.server.placed if (e.template, e.frame) == (self.template.type_id, "odometry")]
         return max(mine, key=lambda entry: entry.stamp, default=None)
+
+
+def _point(pose: Pose, point_m: Triple) -> Triple:
+    x, y, z = (float(v) for v in pose.place(np.array(point_m)))
+    return x, y, z

@@ -65,6 +65,9 @@ class Worker:
         self.talks: list[Talk] = []
         self._news = env.event()
         self._called, self._bar = env.event(), Urgency.HELP
+        self._sent: tuple[Message, ...] = ()
+        self._expected: Callable[[], bool] = bool
+        self._acting: Role | None = None
 
     def wake(self) -> None:
         """Somebody wants to talk."""
@@ -173,6 +176,8 @@ class Worker:
     def _role(self, request: int) -> Role:
         """The role in which something is done: whose request it is, else this person's first."""
         asked = self._asked.get(request)
+        if self._acting is not None:
+            return self._acting
         return self.roles[0] if asked is None else role_of(self.belief.machine, asked)
 
     def _draws(self, purpose: Purpose, *numbers: int) -> np.random.Generator:

@@ -23,7 +23,14 @@ HANDS: Mapping[str, str] = {
 }
 
 TASKS: Mapping[str, str] = {
+    "drc-door": "DARPA Robotics Challenge: turn a door's lever past its latch and push the door open",
+    "drc-valve": "DARPA Robotics Challenge: turn a valve's wheel by 360 degrees",
     "src-dish": "Space Robotics Challenge task 1: align the communication dish with two crank wheels",
+}
+
+LAYERS: Mapping[str, str] = {
+    "behaviour": "a state machine runs at the field site; people confirm, decide and help",
+    "template": "no behaviour: a person orders each step with an object template, and moves the hand where that fails",
 }
 
 PACINGS: Mapping[str, str] = {
@@ -33,6 +40,7 @@ PACINGS: Mapping[str, str] = {
 
 POLICIES: Mapping[str, str] = {
     "adaptive": "the level of autonomy follows the link's round trips and the behaviour's failures",
+    "collaborate": "people decide by a table of what is sensible, look where it may be wrong, act where it fails",
     "step_down": "a state that fails repeatedly is done by hand, a layer lower each time, and handed back",
     "supervise": "a fixed level; what is suggested is confirmed, a table says which command helps",
     "verify": "as supervise, but what the robot claims to see is compared with its picture, and may be rejected",

@@ -1,0 +1,175 @@
+"""What has arrived of work with a template: what came of steps, where hands are, what plans were shown.
+
+Made of messages and of what the crew itself did; nothing else (``belief.py``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from teleop_sim.channel.messages import FootstepPlan, HandPose, Message, StepDone, TemplateStep, VoxelCloud
+from teleop_sim.machines.declare import Machine
+
+LOST: Final = frozenset({"blocked", "no_plan", "no_motion", "grip_lost", "refused", "timed_out", "stopped"})
+"""Outcomes after which nothing is as it should be."""
+
+TOLD: Final = frozenset({StepDone, HandPose, FootstepPlan, VoxelCloud})
+"""Messages that say something of it."""
+
+ASIDE: Final = ("push", "back", "wrist", "joint_limit", "insert", "extract", "test")
+"""Parts of the names of states and affordances that do not turn the thing on."""
+
+WALKS: Final = "ExecuteStepPlan"
+"""How the programs of ViGIR's states that walk begin."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What came of a step.
+
+    Attributes:
+        t_s: when it was told.
+        done: by the message.
+        what: the affordance that somebody here had ordered, else the state at work: what shows whether it was a push.
+
+    """
+
+    t_s: float
+    done: StepDone
+    what: str
+
+    @property
+    def is_push(self) -> bool:
+        """Was it a push, and no turn?"""
+        return self.done.step == "affordance" and "push" in self.what.lower()
+
+    @property
+    def is_turn(self) -> bool:
+        """Was it a turn that brings the task on, and none back or of the hand alone?"""
+        what = self.what.lower()
+        return self.done.step == "affordance" and not any(word in what for word in ASIDE)
+
+
+@dataclass
+class AtWork:
+    """Evidence of work with a template.
+
+    Attributes:
+        steps: all that was told, oldest first.
+        hands: by side, when a hand's pose arrived last, and where it is.
+        parts: of the footstep plan that is being shown, by number.
+        laid: how many states had been visited, and steps been told, when a template was last laid; None: never was.
+        checked: by request, what somebody who was asked to look found off: ``template``, ``hand`` or nothing (empty).
+        chosen: by state, how often each of its outcomes was chosen.
+        done: by request, whether what was done by hand succeeded.
+        last_by_hand: the state that was done by hand last.
+        in_reach: the thing is within the hands' reach from the start, as the crew was told.
+        ordered: names of the affordances that were ordered and of which nothing was told yet.
+        clouds, poses: how many clouds, and poses of hands, have arrived.
+
+    """
+
+    steps: tuple[Felt, ...] = ()
+    hands: dict[str, tuple[float, HandPose]] = field(default_factory=dict)
+    parts: dict[int, FootstepPlan] = field(default_factory=dict)
+    laid: tuple[int, int] | None = None
+    checked: dict[int, str] = field(default_factory=dict)
+    chosen: dict[str, dict[str, int]] = field(default_factory=dict)
+    done: dict[int, bool] = field(default_factory=dict)
+    last_by_hand: str = ""
+    in_reach: bool = False
+    ordered: tuple[str, ...] = ()
+    clouds: int = 0
+    poses: int = 0
+
+    def take(self, message: Message, now_s: float, states: tuple[str, ...]) -> None:
+        """Remember what a message says; ``states``: at work, as far as known."""
+        match message:
+            case StepDone():
+                ordered, self.ordered = self.ordered[:1], self.ordered[1:]
+                self.steps = (*self.steps, Felt(now_s, message, ordered[0] if ordered else " ".join(states)))
+            case HandPose(side=side):
+                self.hands[side], self.poses = (now_s, message), self.poses + 1
+            case FootstepPlan(part=part, parts=parts):
+                if any(old.parts != parts or old.part == part for old in self.parts.values()):
+                    self.parts = {}
+                self.parts[part] = message
+            case VoxelCloud():
+                self.clouds += 1
+
+    def note_order(self, order: TemplateStep, name: str) -> None:
+        """Remember what was ordered, so that its outcome is known as such."""
+        del order
+        self.ordered = (*self.ordered, name)
+
+    def note_laid(self, visited: int) -> None:
+        """A template was laid, or found to lie right."""
+        self.laid = visited, len(self.steps)
+
+    def note_choice(self, state: str, event: str) -> None:
+        """A decision was made."""
+        counts = self.chosen.setdefault(state, {})
+        counts[event] = counts.get(event, 0) + 1
+
+    def choices(self, state: str, event: str) -> int:
+        """How often an outcome was chosen."""
+        return self.chosen.get(state, {}).get(event, 0)
+
+    @property
+    def last(self) -> Felt | None:
+        """What was told last."""
+        return self.steps[-1] if self.steps else None
+
+    @property
+    def since_laid(self) -> tuple[Felt, ...]:
+        """Steps told since a template was laid."""
+        return self.steps[self.laid[1] :] if self.laid is not None else self.steps
+
+    def turned(self) -> float:
+        """How far the thing was turned altogether [rad], as felt."""
+        return sum(abs(f.done.amount) for f in self.steps if f.is_turn)
+
+    def turned_now(self) -> float:
+        """How far it was turned since the hand last came [rad]: what is let go springs back."""
+        total = 0.0
+        for felt in self.steps:
+            if felt.done.step in ("pregrasp", "grasp", "release"):
+                total = 0.0
+            elif felt.is_turn:
+                total += abs(felt.done.amount)
+        return total
+
+    def no_plans(self) -> int:
+        """How many of the last steps in a row found no way."""
+        count = 0
+        for felt in reversed(self.steps):
+            if felt.done.outcome != "no_plan":
+                break
+            count += 1
+        return count
+
+    def walked_since(self, machine: Machine, visited: tuple[str, ...]) -> bool:
+        """Has the robot walked since a template was laid?"""
+        seen = visited[self.laid[0] :] if self.laid is not None else ()
+        return any(walks(machine, state) for state in seen)
+
+    def stands_there(self, machine: Machine, visited: tuple[str, ...]) -> bool:
+        """Is the thing in reach, from the start or because the robot has walked?"""
+        return self.in_reach or any(walks(machine, state) for state in visited)
+
+    @property
+    def plan(self) -> tuple[FootstepPlan, ...]:
+        """All parts of the plan that is shown, in order; empty while one is missing."""
+        if not self.parts or len(self.parts) < next(iter(self.parts.values())).parts:
+            return ()
+        return tuple(self.parts[k] for k in sorted(self.parts))
+
+
+def walks(machine: Machine, state: str) -> bool:
+    """Does the robot walk in this state?"""
+    return state in machine.net.by_path and _program(machine, state).startswith(WALKS)
+
+
+def _program(machine: Machine, state: str) -> str:
+    return machine.leaf(state).program if state in machine.state_names else ""

@@ -1,0 +1,96 @@
+"""ViGIR's way: the behaviour works, people decide where it asks, look where it may be wrong, and act where it fails.
+
+``Supervise``, the table of decisions (``guide.py``) and ``StepDown``'s fall-back: a state that failed twice in a row is
+done by hand through templates or, failing that, by moving the hand (``template_layer.py``); its outcome is then forced.
+
+Source: A. Romay et al., sections 5.2 and 6.1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from teleop_sim.channel.messages import Confirm, Force, HandBack, Message, Reject, Request, ResetWorld, TakeOver
+from teleop_sim.machines.declare import Edge
+from teleop_sim.operators.acts import Briefing
+from teleop_sim.operators.belief import Belief
+from teleop_sim.operators.guide import Guide, load_guide
+from teleop_sim.operators.step_down import StepDown
+
+NO_PLANS = 2
+"""So many steps in a row that find no way make people doubt the world model (assumed)."""
+
+
+@dataclass(frozen=True)
+class Collaborate(StepDown):
+    """As above. ``guide``: the table."""
+
+    guide: Guide = field(default_factory=load_guide)
+
+    def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
+        """What the table says; of a failure another try, then ``TakeOver``; else as ``Supervise``."""
+        if request.kind == "act":
+            return self._acted(belief, request)
+        chosen = self.guide.answer(belief, request)
+        if chosen:
+            return chosen
+        if request.kind == "confirm" and request.edge >= 0:
+            edge = belief.machine.table[request.edge]
+            if edge.kind == "failed":
+                return self._failing(belief, request, edge)
+        # Not StepDown's: what it takes over goes by the table here.
+        return super(StepDown, self).answer(belief, request)
+
+    def advise(self, belief: Belief, now_s: float, briefing: Briefing, /) -> tuple[Message, ...]:
+        """``ResetWorld`` when steps repeatedly find no way."""
+        if belief.work.no_plans() < NO_PLANS:
+            return ()
+        since_s = belief.work.steps[-NO_PLANS].t_s
+        sent_s, _ = belief.sent.get(ResetWorld.topic, (-math.inf, None))
+        del now_s, briefing
+        return (ResetWorld(),) if sent_s < since_s else ()
+
+    def wake_s(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> float:
+        """Never: advice depends on what arrives."""
+        return math.inf
+
+    def stale_s(self, _request: Request, /) -> float:
+        """Nothing: who acts by hand asks for what he needs (``template_layer.py``)."""
+        return math.inf
+
+    def _acted(self, belief: Belief, request: Request) -> tuple[Message, ...]:
+        state = belief.path_of(request)
+        event = self.guide.done_event(belief.machine, state)
+        if belief.work.done.get(request.request) and event:
+            return (Force(belief.machine.edge_index(state, event), belief.mirror.seen),)
+        failed = next((e.event for e in belief.machine.outcomes_of(state) if e.kind == "failed"), "")
+        if failed and not self.guide.goals(belief.machine, state):
+            # The state was a person's from the start: nobody else can go on with it.
+            return (Force(belief.machine.edge_index(state, failed), belief.mirror.seen),)
+        return (HandBack(request.request),)
+
+    def _failing(self, belief: Belief, request: Request, edge: Edge) -> tuple[Message, ...]:
+        """Of a state that was just done by hand: its success; else a new try; else by hand; else let it fail."""
+        state, machine = edge.state, belief.machine
+        done = next((e.event for e in machine.outcomes_of(state) if e.kind == "done"), "")
+        if done and belief.visited[-2:-1] == (belief.work.last_by_hand,) and _executes(belief, state):
+            return (Force(machine.edge_index(state, done), belief.mirror.seen),)
+        fails = belief.failed.get(state, 0) + belief.refused.get(request.edge, 0) + 1
+        able = bool(self.guide.goals(machine, state)) and not belief.in_lieu.get(state, 0)
+        if fails >= self.after and able:
+            return (TakeOver(request.node),)
+        if fails < self.after and _ends_all(belief, edge):
+            return (Reject(request.request),)
+        return (Confirm(request.request),)
+
+
+def _executes(belief: Belief, state: str) -> bool:
+    """Does the state carry out what the one before it has planned? If that was done by hand, so was this."""
+    return belief.machine.leaf(state).program.startswith("Execute")
+
+
+def _ends_all(belief: Belief, edge: Edge) -> bool:
+    """Does the failure end the container that the state is in, with nobody asked what to do next?"""
+    target = edge.next_state
+    return target not in belief.machine.state_names or edge.state.startswith(f"{target}/")
