@@ -28,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleop_sim.channel.messages import PixelMark
+from teleop_sim.operators.likeness import likenesses
 
 Floats = npt.NDArray[np.float64]
 
@@ -157,11 +158,10 @@ def find(grey: np.ndarray, thing: tuple[PixelMark, ...]) -> Found | None:
     column, row = (math.floor(sum(v) / len(thing)) for v in zip(*((m.across, m.down) for m in thing), strict=True))
     look, rim, weight = _looks(thing, kind, column, row)
     half = (look.shape[1] // 2, look.shape[0] // 2)
-    pixels, inside = _cut(_blurred(grey / 255.0), column, row, (half[0] + reach, half[1] + reach))
+    pixels, inside = _cut(grey, column, row, (half[0] + reach, half[1] + reach))
     if weight.sum() * SHOWN > (weight * _middle(inside, reach)).sum():
         return None
-    tone, edge = _correlation(pixels, inside, look, weight), _correlation(_slopes(pixels), inside, rim, weight)
-    likeness = np.where(np.minimum(tone, edge) > -1.0, (tone + edge) / 2.0, -1.0)
+    likeness = likenesses(pixels, inside, look, rim, weight, SHOWN)
     place = _nearest_peak(likeness, reach)
     best, (down, across) = float(likeness[place]), _refined(likeness, place)
     sigma = math.hypot(EYE_PX, WEBER * 2.0 * width)
@@ -184,7 +184,7 @@ def body(grey: np.ndarray, wheels: tuple[PixelMark, ...]) -> Found | None:
     columns = [int(min(max(middle + k * apart, 0.0), float(grey.shape[1]))) for k in (-BODY_HALF, BODY_HALF)]
     if rows[1] - rows[0] < BODY_LEAST_PX or columns[1] - columns[0] < BODY_LEAST_PX:
         return None
-    profile = _blurred(grey / 255.0)[rows[0] : rows[1], columns[0] : columns[1]].mean(axis=0)
+    profile = _part(grey, slice(*rows), slice(*columns)).mean(axis=0)
     # An eye is adapted to the picture as a whole: in the dark it tells less.
     uneven = float(profile.std()) / max(float(grey.mean()) / 255.0, 1e-3)
     return Found("body", math.nan, math.nan, 1.0 - uneven, uneven / TONE)
@@ -217,9 +217,11 @@ def _blurred(grey: Floats) -> Floats:
     return np.asarray(0.25 * rows[:, :-2] + 0.5 * rows[:, 1:-1] + 0.25 * rows[:, 2:])
 
 
-def _slopes(pixels: Floats) -> Floats:
-    down, across = np.gradient(pixels)
-    return np.asarray(np.hypot(down, across))
+def _part(grey: np.ndarray, rows: slice, columns: slice) -> Floats:
+    """A part of the blurred picture."""
+    top, left = max(rows.start - 1, 0), max(columns.start - 1, 0)
+    around = _blurred(grey[top : rows.stop + 1, left : columns.stop + 1] / 255.0)
+    return around[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
 
 
 def _nearest_peak(likeness: Floats, reach: int) -> tuple[int, int]:
@@ -236,7 +238,7 @@ def _nearest_peak(likeness: Floats, reach: int) -> tuple[int, int]:
 
 
 def _cut(grey: np.ndarray, column: int, row: int, half: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Pixels around a place, and 1 where the picture has any."""
+    """Pixels around a place, blurred, and 1 where the picture has any."""
     size = (2 * half[1] + 1, 2 * half[0] + 1)
     pixels, inside = np.zeros(size), np.zeros(size)
     top, left = row - half[1], column - half[0]
@@ -244,32 +246,12 @@ def _cut(grey: np.ndarray, column: int, row: int, half: tuple[int, int]) -> tupl
     columns = slice(max(left, 0), min(left + size[1], grey.shape[1]))
     if rows.start < rows.stop and columns.start < columns.stop:
         to = (slice(rows.start - top, rows.stop - top), slice(columns.start - left, columns.stop - left))
-        pixels[to], inside[to] = grey[rows, columns] / 255.0, 1.0
+        pixels[to], inside[to] = _part(grey, rows, columns) / 255.0, 1.0
     return pixels, inside
 
 
 def _middle(inside: Floats, reach: int) -> Floats:
     return inside[reach : inside.shape[0] - reach, reach : inside.shape[1] - reach]
-
-
-def _correlation(pixels: Floats, inside: Floats, shape: Floats, weight: Floats) -> Floats:
-    """Weighted normalised correlation at every place searched, (2 reach + 1, 2 reach + 1); -1: too little shows."""
-    size = (pixels.shape[0] + shape.shape[0] - 1, pixels.shape[1] + shape.shape[1] - 1)
-    valid = tuple(slice(s - 1, p) for s, p in zip(shape.shape, pixels.shape, strict=True))
-
-    def spectrum(a: Floats) -> npt.NDArray[np.complex128]:
-        return np.fft.rfft2(a, size)
-
-    def slide(a: npt.NDArray[np.complex128], kernel: npt.NDArray[np.complex128]) -> Floats:
-        return np.fft.irfft2(a * kernel, size)[valid]
-
-    one, value, square = spectrum(inside), spectrum(pixels), spectrum(pixels**2)
-    k, kt, ktt = (spectrum(part[::-1, ::-1]) for part in (weight, weight * shape, weight * shape**2))
-    n = np.maximum(slide(one, k), 1e-9)
-    i, ii, t, tt, it = slide(value, k), slide(square, k), slide(one, kt), slide(one, ktt), slide(value, kt)
-    spread = np.maximum(ii - i * i / n, 0.0) * np.maximum(tt - t * t / n, 0.0)
-    shown = (n >= SHOWN * weight.sum()) & (spread > 1e-9)
-    return np.where(shown, (it - i * t / n) / np.sqrt(np.where(shown, spread, 1.0)), -1.0)
 
 
 def _refined(likeness: Floats, place: tuple[int, int]) -> tuple[float, float]:
