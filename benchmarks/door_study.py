@@ -1,6 +1,6 @@
 """Trials at the door: take the lever, turn it past its latch, push the door, let the lever up, let go.
 
-python benchmarks/door_study.py [--robots atlas thormang3] [--trials 20] [--errors 0 1 2 4] [--say]
+python benchmarks/door_study.py [--robots atlas thormang3] [--trials 20] [--errors 0 1 2 4] [--parts] [--say]
 
 Drawn: the robot's stance (2 cm, 3 degrees), friction of lever and panel 0.4 to 1, hinges 1 to 3 N m, spring 1 to 3 N m,
 panel 20 to 25 kg, half of the doors with a gravity closer of up to 2 degrees. The template is off by a normal error in
@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from drc_trials import SIDE, TOOL, Runner, Trial, believed, stand_error, study
+from drc_trials import SIDE, TOOL, InParts, Runner, Trial, believed, stand_error, study
 
 from teleop_sim.robot.commands import Act, LetGo, Take
 from teleop_sim.robot.drc_plans import door_swing, drc_stand, lever_handle, lever_turn, opened
@@ -45,12 +45,12 @@ def door_of(robot: str, rng: np.random.Generator) -> Door:
     )
 
 
-def tried(robot: str, error_m: float, seed: int, say: bool = False) -> Trial:
+def tried(robot: str, error_m: float, seed: int, say: bool = False, parts: bool = False) -> Trial:
     """One trial."""
     rng = np.random.default_rng((seed, 72))
     door = door_of(robot, rng)
     at = believed(door.place, door.yaw_rad, error_m, rng)
-    run = Runner(robot, door, seed)
+    run = (InParts if parts else Runner)(robot, door, seed)
     why, pushed = "", 0.0
     told = run.do(Take(SIDE, lever_handle(at))).outcome
     if told == "taken":
@@ -83,10 +83,11 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--first", type=int, default=400)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
+    parser.add_argument("--parts", action="store_true", help="PreGrasp, Grasp and Fingers for Take")
     parser.add_argument("--say", action="store_true")
     told = parser.parse_args()
     seeds = range(told.first, told.first + told.trials)
-    study(partial(tried, say=told.say), told.robots, [e / 100 for e in told.errors], seeds)
+    study(partial(tried, say=told.say, parts=told.parts), told.robots, [e / 100 for e in told.errors], seeds)
 
 
 if __name__ == "__main__":

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from teleop_sim.robot.affordance import Usability
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Command, Side
+from teleop_sim.robot.commands import Command, Fingers, Grasp, LetGo, PreGrasp, Side, Take
 from teleop_sim.robot.drc_plans import Template
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.hands import robot_of
@@ -55,6 +55,23 @@ class Runner:
         self.body.load(self.state)
         self.said.append(f"{type(command).__name__} {episode.outcome}: {episode.cause}")
         return episode
+
+
+class InParts(Runner):
+    """As ``Runner``, but takes things by their parts: before them, in, closed."""
+
+    def do(self, command: Command) -> Episode:
+        if not isinstance(command, Take):
+            return super().do(command)
+        side, handle, shut = command.side, command.handle, command.shut
+        told = super().do(PreGrasp(side, handle, shut))
+        if told.outcome == "reached":
+            told = super().do(Grasp(side, handle, shut))
+        if told.outcome == "blocked":
+            super().do(LetGo(side, shut))
+        if told.outcome == "reached" and not shut:
+            told = super().do(Fingers(side, True))
+        return replace(told, outcome="taken") if told.outcome in ("reached", "closed") else told
 
 
 def stand_error(rng: np.random.Generator) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Trials at the valve: put the shut hand between two spokes as a rod, turn the wheel by a whole turn, draw back.
 
-python benchmarks/valve_study.py [--robots atlas thormang3] [--trials 20] [--errors 0 1 2 4] [--friction 2 4] [--say]
+python benchmarks/valve_study.py [--robots atlas thormang3] [--trials 20] [--errors 0 1 2 4] [--friction 2 4]
+    [--parts] [--say]
 
 Drawn: the robot's stance (2 cm, 3 degrees), friction of the wheel's surface 0.4 to 1, of its bearing as told, angle of
 its spokes. The template is off by a normal error in each direction, 1 degree a centimetre in yaw, and in the spokes'
@@ -18,7 +19,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from drc_trials import SIDE, TOOL, Runner, Trial, believed, stand_error, study
+from drc_trials import SIDE, TOOL, InParts, Runner, Trial, believed, stand_error, study
 
 from teleop_sim.robot.commands import Act, LetGo, Take
 from teleop_sim.robot.drc_plans import DrcStand, Template, drc_stand, gap_handle, wheel_turn
@@ -89,13 +90,15 @@ def stroke(run: Runner, at: Template, left: float, limit_n: float) -> Episode:
     return act
 
 
-def tried(robot: str, error_m: float, seed: int, friction_nm: tuple[float, float], say: bool = False) -> Trial:
+def tried(
+    robot: str, error_m: float, seed: int, friction_nm: tuple[float, float], say: bool = False, parts: bool = False
+) -> Trial:
     """One trial."""
     rng = np.random.default_rng((seed, 73))
     valve = valve_of(robot, friction_nm, rng)
     at = believed(valve.place, valve.yaw_rad, error_m, rng)
     spoke_rad = valve.start_rad + float(rng.normal()) * error_m / RADIUS_M
-    run = Runner(robot, valve, seed)
+    run = (InParts if parts else Runner)(robot, valve, seed)
     told = turn(run, at, spoke_rad, drc_stand(robot), FORCE_N[robot])
     if say:
         print(f"  {seed}, {valve.friction_nm:.1f} N m: " + "\n     ".join(run.said))
@@ -111,12 +114,13 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=400)
     parser.add_argument("--errors", nargs="+", type=float, default=[0.0, 1.0, 2.0, 4.0], help="cm")
     parser.add_argument("--friction", nargs=2, type=float, default=[2.0, 5.0], help="N m")
+    parser.add_argument("--parts", action="store_true", help="PreGrasp, Grasp and Fingers for Take")
     parser.add_argument("--say", action="store_true")
     told = parser.parse_args()
     low, high = told.friction
     seeds = range(told.first, told.first + told.trials)
     errors_m = [e / 100 for e in told.errors]
-    study(partial(tried, friction_nm=(low, high), say=told.say), told.robots, errors_m, seeds)
+    study(partial(tried, friction_nm=(low, high), say=told.say, parts=told.parts), told.robots, errors_m, seeds)
 
 
 if __name__ == "__main__":
