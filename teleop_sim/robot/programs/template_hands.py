@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from teleop_sim.robot.affordance import Usability
-from teleop_sim.robot.commands import Act, Fingers, Grasp, LetGo, Posture, PreGrasp, Retreat, Walk
+from teleop_sim.robot.commands import Act, Fingers, Grasp, LetGo, Posture, PreGrasp, Retreat
 from teleop_sim.robot.drc_plans import lever_turn
 from teleop_sim.robot.programs.steps import Memory
 from teleop_sim.robot.programs.template_work import (
@@ -16,9 +16,12 @@ from teleop_sim.robot.programs.template_work import (
     StepProgram,
     Work,
     do,
+    here_of,
+    near,
     obstacles,
     remember,
     told,
+    way_to,
     work_of,
 )
 
@@ -35,7 +38,10 @@ HOME = "walk"
 def stand(memory: Memory, at: Instance) -> StepProgram:
     """Walk to where the thing is in reach, hand at home first. There is one measured stand a robot."""
     yield from free(memory)
-    return told((yield from do(Walk((at.stand,)))))
+    here = here_of(memory)
+    if near(here, at.stand):
+        return StepOutcome("reached", 0.0, "it stands there already")
+    return told((yield from do(way_to(here, at.stand))))
 
 
 def pregrasp(memory: Memory, at: Instance, preference: int) -> StepProgram:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from teleop_sim.machines.declare import FELL
 from teleop_sim.robot.commands import PlanarPose, Side
 from teleop_sim.robot.programs.steps import Memory, Program, ProgramOf, Step, StepName, Stepped, Wait
-from teleop_sim.robot.programs.template_work import Down, Instance, StepOutcome, instance_of
+from teleop_sim.robot.programs.template_work import Down, Instance, StepOutcome, here_of, instance_of
 from teleop_sim.templates.server import Entry
 
 PLANNING_S = 1.0
@@ -87,8 +87,7 @@ class Visit:
     @property
     def here(self) -> PlanarPose:
         """Where the robot stands, by odometry."""
-        pose: PlanarPose = self.memory.facts.get("pose", (0.0, 0.0, 0.0))
-        return pose
+        return here_of(self.memory)
 
     def entries(self) -> tuple[Entry, ...]:
         """The templates that lie at the field site."""

@@ -18,15 +18,12 @@ from teleop_sim.robot.commands import Step as Stride
 from teleop_sim.robot.programs import template_hands as hands
 from teleop_sim.robot.programs.places import after
 from teleop_sim.robot.programs.steps import AskData, Program, Say, Step, Wait
-from teleop_sim.robot.programs.template_work import StepOutcome, do, near, told
+from teleop_sim.robot.programs.template_work import StepOutcome, do, near, told, way_to
 from teleop_sim.robot.programs.vigir_visit import Visit, planned, stepped
 from teleop_sim.templates.library import library
 
 MODE_S = 1.0
 """For a change of the control mode (assumed)."""
-THERE_M, THERE_RAD = 0.06, 0.1
-"""A robot that stands so near its goal stands well: two to three times what the rates at door and valve were measured
-with, 2 cm and 3 degrees (assumed)."""
 ASKS = 3
 """Answers that name no template before it is a data error (assumed)."""
 DOWN_RAD = math.radians(45.0)
@@ -161,6 +158,8 @@ def walk(visit: Visit) -> Program:
     plan = visit.read("plan_header")
     if isinstance(plan, Walk) and there(visit, plan):
         return "finished"
+    if isinstance(plan, Walk):
+        plan = way_to(visit.here, plan.path[-1])
     if not isinstance(plan, (Walk, Stride)):
         return "failed"
     yield from hands.free(visit.memory)
@@ -180,7 +179,7 @@ def _walked(visit: Visit, plan: Walk | Stride) -> Generator[Step, Any, StepOutco
 
 def there(visit: Visit, plan: Walk) -> bool:
     """Does the robot stand at the goal?"""
-    return near(visit.here, plan.path[-1], THERE_M, THERE_RAD)
+    return near(visit.here, plan.path[-1])
 
 
 def pose_in_frame(visit: Visit) -> Program:
