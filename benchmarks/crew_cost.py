@@ -26,7 +26,7 @@ from teleop_sim.operators.station import Station
 from teleop_sim.operators.timing import load_timing
 from teleop_sim.operators.workload import Curve
 from teleop_sim.run import _Bench, _Watch
-from teleop_sim.scenarios.objects import TASKS
+from teleop_sim.scenarios.objects import machine_of
 
 
 class Overheard(_Bench):
@@ -86,7 +86,7 @@ def main() -> None:
     parser.add_argument("--scenario", default="src-dish")
     parser.add_argument("--repeats", type=int, default=20)
     given = parser.parse_args()
-    arrivals, machine = overheard(given.scenario), TASKS[load_scenario(given.scenario).task].machine()
+    arrivals, machine = overheard(given.scenario), machine_of(load_scenario(given.scenario))
     print(f"{given.scenario}: {len(arrivals)} messages in {arrivals[-1][0]:.0f} s")
     best_s = min(station_s(machine, arrivals) for _ in range(given.repeats))
     print(f"the station's software alone: {1e3 * best_s:6.2f} ms; with people:")

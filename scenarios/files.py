@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from pydantic_core import ErrorDetails
 from teleop_sim.core.errors import BadInput, Problem
 from teleop_sim.scenarios.complaints import Reporter
 from teleop_sim.scenarios.disturbances import disturbance_problems
+from teleop_sim.scenarios.drc import task_problems
 from teleop_sim.scenarios.library import find_scenario, list_scenarios
 from teleop_sim.scenarios.links import link_problems
 from teleop_sim.scenarios.reading import key_path, read_toml
@@ -74,7 +76,8 @@ def read_scenario(
         left_out = ("default_factory_not_called", "missing" if read.problems else "")
         details = [d for d in error.errors() if d["type"] not in left_out]
         raise BadInput(read.problems + unset + tuple(reporter.problems(details))) from None
-    impossible = (*robot_problems(scenario), *link_problems(scenario), *disturbance_problems(scenario))
+    problems_of = (task_problems, robot_problems, link_problems, disturbance_problems)
+    impossible = tuple(chain.from_iterable(of(scenario) for of in problems_of))
     if problems := (read.problems + unset) or tuple(reporter.problems(map(_detail, impossible))):
         raise BadInput(problems)
     return scenario

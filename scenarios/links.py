@@ -256,7 +256,7 @@ def _rates_by_state(
 def _states(scenario: Scenario) -> tuple[str, ...]:
     """States of the task's machine, the first one first."""
     # Robots and their worlds are loaded only if a machine is asked for.
-    from teleop_sim.scenarios.objects import TASKS
+    from teleop_sim.scenarios.objects import machine_of
 
-    machine = TASKS[scenario.task].machine()
+    machine = machine_of(scenario)
     return (machine.start, *(name for name in machine.state_names if name != machine.start))

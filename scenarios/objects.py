@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.drc import door_machine, valve_machine
+from teleop_sim.machines.operator_only import operator_only
 from teleop_sim.machines.src_dish import src_dish
 from teleop_sim.operators.human import Human
 from teleop_sim.operators.policies import Policy
@@ -21,16 +23,19 @@ from teleop_sim.operators.workload import Curve
 from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
 from teleop_sim.robot.programs.steps import ProgramOf
+from teleop_sim.robot.programs.vigir import vigir_programs
 from teleop_sim.scenarios.disturbances import disturbance_ranges
+from teleop_sim.scenarios.drc import drawn_door, drawn_valve
 from teleop_sim.scenarios.links import Streams
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import Operator, Scenario, World
-from teleop_sim.world import dish_scorer
+from teleop_sim.world import dish_scorer, drc_scorer
 from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_layout import middle_of_walkway
 from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.disturbance_draw import Ground, draw_disturbances
 from teleop_sim.world.disturbances import Disturbances
+from teleop_sim.world.drc_draw import Placed
 from teleop_sim.world.plant import Scenery
 from teleop_sim.world.robot_model import RobotModel
 from teleop_sim.world.scoring import Score
@@ -44,11 +49,13 @@ class Site:
         scenery: what stands round the robot.
         score: to begin with, by the plant's joints.
         ground: where the robot is to walk, and how rough it is there.
+        thing: that templates are laid over, if the task has one.
     """
 
     scenery: Scenery
     score: Callable[[tuple[str, ...]], Score]
     ground: Ground
+    thing: Placed | None = None
 
 
 @dataclass(frozen=True)
@@ -56,30 +63,70 @@ class Task:
     """One task.
 
     Attributes:
-        machine: declares what is done in which order.
+        machine: declares what is done in which order, for a robot by name, at a layer of control.
         programs: what each state of the machine does, with the given waits, for a robot by name.
         site: draws the world.
         last_checkpoint: of the scorer; the task is done when it has been scored.
+        ends_when_scored: the run ends there; else when the machine has ended, too.
+        template: that people lay over the thing, by its name in the library.
 
     """
 
-    machine: Callable[[], Machine]
+    machine: Callable[[str, str], Machine]
     programs: Callable[[Pacing, str], Mapping[str, ProgramOf]]
     site: Callable[[Scenario, Streams], Site]
     last_checkpoint: int
+    ends_when_scored: bool = False
+    template: str = ""
 
 
 def dish_site(scenario: Scenario, streams: Streams) -> Site:
     """The world of the dish task, drawn."""
-    world = draw_dish_world(streams, dish_settings(scenario.world))
+    world = draw_dish_world(streams, dish_settings(scenario.world or World()))
     ground = Ground(middle_of_walkway(world.layout_id), world.floor_friction)
     return Site(DishScenery(world), partial(DishScore.start, world, time_limit_s=scenario.time_limit_s), ground)
 
 
+def door_site(scenario: Scenario, streams: Streams) -> Site:
+    """The door, drawn."""
+    door, thing = drawn_door(scenario, streams)
+    return Site(door, drc_scorer.door_score, _way_to(thing, door.friction), thing)
+
+
+def valve_site(scenario: Scenario, streams: Streams) -> Site:
+    """The valve, drawn."""
+    valve, thing = drawn_valve(scenario, streams)
+    return Site(valve, drc_scorer.valve_score, _way_to(thing, valve.friction), thing)
+
+
+def _way_to(thing: Placed, friction: float) -> Ground:
+    return Ground(((0.0, 0.0), (max(thing.ahead_m, 0.1), 0.0)), friction)
+
+
+def _by_layer(behaviour: Callable[[str], Machine]) -> Callable[[str, str], Machine]:
+    return lambda robot, layer: behaviour(robot) if layer == "behaviour" else operator_only()
+
+
 TASKS: Mapping[str, Task] = {
-    "src-dish": Task(src_dish, dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),
+    "drc-door": Task(
+        _by_layer(door_machine), vigir_programs, door_site, drc_scorer.PUSHED, ends_when_scored=True, template="door"
+    ),
+    "drc-valve": Task(
+        _by_layer(valve_machine),
+        vigir_programs,
+        valve_site,
+        drc_scorer.WHOLE_TURN,
+        ends_when_scored=True,
+        template="DRC_valve",
+    ),
+    "src-dish": Task(lambda _robot, _layer: src_dish(), dish_programs, dish_site, dish_scorer.LAST_CHECKPOINT),
 }
 """Name in a scenario to task."""
+
+
+def machine_of(scenario: Scenario) -> Machine:
+    """What is done in which order, at the scenario's layer of control."""
+    return TASKS[scenario.task].machine(scenario.robot, scenario.layer or "behaviour")
 
 
 def drawn_disturbances(scenario: Scenario, streams: Streams, site: Site, robot: RobotModel) -> Disturbances:

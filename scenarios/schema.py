@@ -14,6 +14,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from teleop_sim.operators.registry import POLICIES
 from teleop_sim.scenarios import names
 from teleop_sim.scenarios.disturbance_schema import Disturbances
+from teleop_sim.scenarios.drc_schema import Door, Onboard, Valve
 from teleop_sim.scenarios.link_schema import Link
 from teleop_sim.scenarios.parts import ASSUMED, Part, named, refused, source_of
 from teleop_sim.scenarios.ranges import RANGE
@@ -76,7 +77,7 @@ class Operator(Part):
 
 
 class World(Part):
-    """Where the robot works: what is drawn from the seed, uniformly, and between which limits.
+    """The dish's world: what is drawn from the seed, uniformly, and between which limits.
 
     One number fixes a value, as equal limits do. The defaults are those of the simulated world, which has their sources
     (``teleop_sim.world.dish_draw.DishSettings``).
@@ -128,7 +129,8 @@ class Scenario(Part):
     """Everything that is chosen before a run, apart from the replicate's number.
 
     ``name`` is the file's name without ``.toml`` unless the file gives another; it names the log. ``seed`` fixes all
-    chance; ``autonomy`` is the level of the machine's guard at the start. ``hand`` left out is the robot's default.
+    chance; ``autonomy`` is the level of the machine's guard at the start. ``hand`` left out is the robot's default,
+    ``layer`` the behaviour. Each task has the table of its own world: ``world`` for the dish, ``door``, ``valve``.
     """
 
     schema_version: Literal[1] = Field(alias="schema", description="schema = 1, the one this version reads.")
@@ -141,6 +143,7 @@ class Scenario(Part):
     robot: Annotated[str, *named("A robot, one of", names.ROBOTS)] = "valkyrie"
     hand: Annotated[str | None, *named("Its hands, one of", names.HANDS)] = None
     task: Annotated[str, *named("A task, one of", names.TASKS)] = "src-dish"
+    layer: Annotated[str | None, *named("The layer of control, one of", names.LAYERS)] = None
     pacing: Annotated[str, *named("Which waits the robot's program has, one of", names.PACINGS)] = "wpi"
     time_limit_s: float = Field(
         default=1800.0, gt=0.0, le=1e6, description="A time limit above zero and up to 1e6 simulated seconds."
@@ -148,6 +151,20 @@ class Scenario(Part):
     time_limit_source: str = ASSUMED
     autonomy: Annotated[str, *named("A level of autonomy, one of", names.AUTONOMY)] = "full"
     operator: Operator = Operator()
-    world: World = World()
+    world: World | None = Field(
+        default_factory=lambda earlier: World() if earlier.get("task") == "src-dish" else None,
+        description="Of task src-dish: where the robot works.",
+    )
+    door: Door | None = Field(
+        default_factory=lambda earlier: Door() if earlier.get("task") == "drc-door" else None,
+        description="Of task drc-door: the door, and where the robot starts.",
+    )
+    valve: Valve | None = Field(
+        default_factory=lambda earlier: Valve() if earlier.get("task") == "drc-valve" else None,
+        description="Of task drc-valve: the valve, and where the robot starts.",
+    )
+    onboard: Onboard | None = Field(
+        default=None, description="Of drc tasks: trouble between the behaviour and the robot's own computers."
+    )
     disturbances: Disturbances = Disturbances()
     link: Link = Field(description="Tables [link.up] and [link.down], or a preset.")

@@ -6,6 +6,7 @@ Whatever reaches it came as bytes over the uplink; whatever leaves it goes as by
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -16,15 +17,29 @@ from teleop_sim.channel import messages as msg
 from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
 from teleop_sim.field_claims import claimed_records, marks_message
 from teleop_sim.field_orders import Direct, Orders
+from teleop_sim.field_things import Things, Work
 from teleop_sim.field_voice import Beat, SiteVoice
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Command, Look
+from teleop_sim.robot.commands import Command, Look, Side, Vector
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
-from teleop_sim.robot.programs.steps import AskData, AskStatus, Claim, Memory, ProgramOf, Reply, Say, Show, Step, Wait
+from teleop_sim.robot.programs.steps import (
+    AskData,
+    AskStatus,
+    Claim,
+    Memory,
+    ProgramOf,
+    Reply,
+    Say,
+    Show,
+    Step,
+    Stepped,
+    Wait,
+)
 from teleop_sim.robot.skills.sensing import camera_pose, picture
+from teleop_sim.robot.tool_poses import tool_pose
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, Any, Any]
@@ -44,6 +59,7 @@ class FieldSite:
             a state is done; zero is at once. heartbeat: what the control station is told, and how often [s].
         send: to the downlink. emit: to the log.
         claims: does the operator compare claims with pictures? Then each of which he will be asked comes with one.
+        work: with object templates, if the task has any.
     """
 
     def __init__(
@@ -58,6 +74,7 @@ class FieldSite:
         send: Send,
         emit: Emit,
         claims: bool = False,
+        work: Work | None = None,
     ) -> None:
         self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
         self._claims = claims
@@ -65,20 +82,24 @@ class FieldSite:
         self._memory = Memory()
         self._programs_at_work: dict[str, simpy.Process] = {}
         self._turns = simpy.Resource(env)
-        self._acting: simpy.Process | None = None
+        self._mover: simpy.Process | None = None
         self._by_hand: simpy.Process | None = None
         self._under_way: Callable[[float], Record] | None = None
         self._pictures = 0
         self._view_asked = False
-        self._voice = SiteVoice(env, self._tell)
+        self._voice = SiteVoice(env, self.tell)
         self.executive = Executive(env, machine, level, self._start_program, self._voice, emit)
         self._voice.listen_to(self.executive)
-        self.receive = Orders(self.executive, self._voice.ledger, self).receive
+        self._things = None if work is None else Things(self, work, self._memory)
+        things = None if self._things is None else self._things.receive
+        self.receive = Orders(self.executive, self._voice.ledger, self, things).receive
 
     def run(self) -> Generator[simpy.Event, Any, Result]:
         """Process: run the machine to its end."""
         what, every_s = self._heartbeat
         self._env.process(self._voice.beat(every_s, what))
+        if self._things is not None:
+            self._env.process(self._templates_beat(self._things, every_s))
         return (yield from self.executive.run())
 
     def close(self) -> None:
@@ -87,49 +108,80 @@ class FieldSite:
             record, self._under_way = self._under_way(float(self._env.now)), None
             self._emit(record)
 
+    def _templates_beat(self, things: Things, every_s: float) -> Process:
+        while True:
+            yield self._env.timeout(every_s)
+            things.heartbeat()
+
     # What has arrived ----------------------------------------------------------------------------------------------
 
     def stop(self, text: str) -> None:
         """Bring the robot to rest; the program goes on with what it then finds."""
-        # A program may be waiting for the end of a movement that the operator commanded: it is that one that moves.
-        mover = self._by_hand if _alive(self._by_hand) else self._acting
-        if mover is not None and mover.is_alive and self._robot.busy:
+        if self._mover is not None and self._robot.busy:
             self.note("stopped", text, "")
-            mover.interrupt("stop")
+            self._mover.interrupt("stop")
         else:
             self.note("ignored", text, "the robot is at rest")
 
     def direct(self, text: str, command: Direct) -> None:
         """A movement that the operator commands himself; only while no program acts."""
+        self.by_hand(text, lambda: self.act(command))
+
+    def by_hand(self, text: str, work: Callable[[], Process]) -> bool:
+        """Start what a person ordered; False, with a note, while the robot acts."""
         if any(_alive(p) for p in self._programs_at_work.values()) or _alive(self._by_hand):
             self.note("ignored", text, "the robot is acting")
-            return
+            return False
         self.note("direct", text, "")
-        self._by_hand = self._env.process(self._do_directly(command))
+        self._by_hand = self._env.process(self._in_turn(work))
+        return True
+
+    def between(self, work: Callable[[], Process]) -> None:
+        """Start something short that comes between two movements."""
+        self._env.process(self._between(work))
+
+    def _between(self, work: Callable[[], Process]) -> Process:
+        if self._by_hand is not None and self._by_hand.is_alive:
+            yield self._by_hand
+        yield from self._in_turn(work)
+
+    def _in_turn(self, work: Callable[[], Process]) -> Process:
+        # Who is told to stop before it was its turn, or between two movements, has nothing to bring to rest.
+        with self._turns.request() as turn, suppress(simpy.Interrupt):
+            yield turn
+            yield from work()
 
     def view(self) -> None:
         """The operator wants a picture: now, or when the movement under way has ended; one is enough."""
         if not self._view_asked:
             self._view_asked = True
-            self._env.process(self._view())
+            # Programs move step by step: the picture is taken between two of their movements.
+            self.between(self._view)
 
     def _view(self) -> Process:
-        # Programs move step by step: the picture is taken between two of their movements.
-        if self._by_hand is not None and self._by_hand.is_alive:
-            yield self._by_hand
-        with self._turns.request() as turn:
-            yield turn
-            self._view_asked = False
-            self._send_picture()
+        yield from ()
+        self._view_asked = False
+        self._send_picture()
 
     def note(self, effect: str, command: str, note: str) -> None:
         """Write down what became of a command."""
         self._emit(Released(float(self._env.now), 0, command, effect, note))
 
-    def _do_directly(self, command: Direct) -> Process:
-        reply = yield from self._act(command, self.executive.state)
+    def act(self, command: Command) -> Generator[simpy.Event, Any, Reply]:
+        """Carry out one command of a person's."""
+        reply: Reply = yield from self._act(command, self.executive.state)
         if reply.outcome == "fell":
             self.executive.fell(reply.cause)
+        return reply
+
+    def wait(self, seconds: float, why: str) -> Process:
+        """Let time pass for what a person ordered."""
+        yield from self._wait(seconds, why, self.executive.state)
+
+    def hand(self, side: Side) -> tuple[Vector, Vector]:
+        """Tool of a hand: position [m] and rotation vector [rad], odometry frame."""
+        found: tuple[Vector, Vector] = self._robot.look("robot.hand", _left_tool if side == "left" else _right_tool)
+        return found
 
     def _let_hand_movement_end(self) -> Process:
         """Wait for a movement that the operator commanded; an interrupt of the program brings it to rest."""
@@ -155,7 +207,8 @@ class FieldSite:
         try:
             yield from self._let_hand_movement_end()
             entered_s = float(self._env.now)
-            program, answer, note = self._programs[start.program](self._memory), None, ""
+            visit = Memory(self._memory.facts, start.reads, start.parameters, path=start.path)
+            program, answer, note = self._programs[start.program](visit), None, ""
             while True:
                 try:
                     step = program.send(answer)
@@ -169,7 +222,7 @@ class FieldSite:
                 yield from self._wait_for_poll(entered_s, start.path)
         except (Interrupted, simpy.Interrupt):
             return Signal(FELL, self._robot.fall_cause) if self._robot.fallen else Signal("", "interrupted")
-        return Signal(event, note)
+        return Signal(event, note, visit.writes)
 
     def _take_step(self, step: Step, start: Start) -> Process:
         match step:
@@ -178,11 +231,14 @@ class FieldSite:
             case AskStatus():
                 return self._robot.status()
             case Say(text=text):
-                self._tell(msg.LogLine(float(self._env.now), text), text)
+                self.tell(msg.LogLine(float(self._env.now), text), text)
             case Show(claim=claim):
                 yield from self._show(claim, start)
             case AskData(what=what):
                 return (yield start.ask(what))
+            case Stepped():
+                if self._things is not None:
+                    self._things.stepped(step)
             case command:
                 return (yield from self._move(command, start))
         return None
@@ -191,7 +247,6 @@ class FieldSite:
         # States at work at once share one body: they move one after the other.
         with self._turns.request() as turn:
             yield turn
-            self._acting = self._programs_at_work[start.path]
             return (yield from self._act(command, start.path))
 
     def _act(self, command: Any, state: str) -> Process:
@@ -202,6 +257,7 @@ class FieldSite:
             return EpisodeEnded(now_s, start_s, state, name, text, outcome, cause, physics_s)
 
         self._under_way = lambda now_s: ended(now_s, "unfinished", "the run ended", now_s - start_s)
+        self._mover = self._env.active_process
         try:
             episode = yield from self._robot.do(command)
         except Interrupted as stop:
@@ -231,7 +287,8 @@ class FieldSite:
         """WPI's states look once a second whether they are done."""
         yield from self._wait(wait_for_poll_s(float(self._env.now) - entered_s, self._poll_s), "poll", state)
 
-    def _tell(self, message: msg.Message, text: str) -> None:
+    def tell(self, message: msg.Message, text: str) -> None:
+        """To the downlink."""
         topic, payload = msg.encode_message(message)
         self._send(topic, payload, text)
 
@@ -245,7 +302,7 @@ class FieldSite:
         picture, places = self._send_picture(), self._robot.true_places()
         pose = camera_pose(self._robot.seen())
         edge = self.executive.machine.edge_index(start.path, claim.event)
-        self._tell(marks_message(claim, edge, picture, pose, IMAGE_SIZE), f"marks {claim.event}")
+        self.tell(marks_message(claim, edge, picture, pose, IMAGE_SIZE), f"marks {claim.event}")
         for record in claimed_records(float(self._env.now), start.path, claim, picture, places):
             self._emit(record)
         yield from self._aim(claim.back, claim, start)
@@ -261,8 +318,16 @@ class FieldSite:
         self._pictures += 1
         name = f"robot.show.{self._pictures}"
         image: msg.Image = self._robot.look(name, _camera_image, IMAGE_SIZE, IMAGE_QUALITY)
-        self._tell(image, "camera image")
+        self.tell(image, "camera image")
         return image
+
+
+def _left_tool(body: Body, _: np.random.Generator) -> tuple[Vector, Vector]:
+    return tool_pose(body, "left")
+
+
+def _right_tool(body: Body, _: np.random.Generator) -> tuple[Vector, Vector]:
+    return tool_pose(body, "right")
 
 
 def _camera_image(body: Body, rng: np.random.Generator) -> msg.Image:

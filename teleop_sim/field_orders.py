@@ -40,8 +40,14 @@ class Hands(Protocol):
 class Orders:
     """Hands each message to the executive, or to the robot. What is no command leaves a record and nothing else."""
 
-    def __init__(self, executive: Executive, ledger: Ledger, hands: Hands) -> None:
-        self._executive, self._ledger, self._hands = executive, ledger, hands
+    def __init__(
+        self,
+        executive: Executive,
+        ledger: Ledger,
+        hands: Hands,
+        things: Callable[[msg.Message], bool] | None = None,
+    ) -> None:
+        self._executive, self._ledger, self._hands, self._things = executive, ledger, hands, things
 
     def receive(self, payload: bytes) -> None:
         """Obey a message that has arrived."""
@@ -88,7 +94,8 @@ class Orders:
             case msg.Modify(data=data):
                 self._modify(data)
             case other:
-                self._hands.note("ignored", str(other), "not a command")
+                if self._things is None or not self._things(other):
+                    self._hands.note("ignored", str(other), "not a command")
 
     def _of_node(self, node: int, act: Callable[[str], None]) -> None:
         nodes = self._executive.machine.net.nodes

@@ -60,7 +60,7 @@ class RobotOnSite:
         self._told = 0
         self.busy = False
         self.fall_cause = ""
-        self._changed = env.event()
+        self._changed, self._rest = env.event(), env.event()
         emit(PlantNames(float(env.now), " ".join(self._names)))
         self._log_plant()
         env.process(self._score_at_rest())
@@ -100,6 +100,11 @@ class RobotOnSite:
         """The task's status message now."""
         self._catch_up()
         return self.score.status(float(self._env.now), self._joints)
+
+    def until(self, checkpoint: int) -> Generator[simpy.Event, Any, None]:
+        """Process: ends when a checkpoint has been scored and the robot stands, at rest."""
+        while self.checkpoint < checkpoint or self.busy or self.fallen:
+            yield self._rest
 
     # Acting --------------------------------------------------------------------------------------------------------
 
@@ -227,6 +232,9 @@ class RobotOnSite:
         """Something began or ended: look again when to score."""
         if not self._changed.triggered:
             self._changed.succeed()
+        if not self.busy:
+            done, self._rest = self._rest, self._env.event()
+            done.succeed()
 
     def _now(self) -> RobotState:
         """The state now; while the robot acts, as it was before."""

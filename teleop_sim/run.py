@@ -19,6 +19,7 @@ import simpy
 from teleop_sim.core.records import Disturbed, Emit, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
 from teleop_sim.field import FieldSite
+from teleop_sim.field_things import Onboard, Work
 from teleop_sim.log.writer import LogWriter
 from teleop_sim.machines.executive import Result
 from teleop_sim.machines.mirror import Mirror
@@ -30,12 +31,13 @@ from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
-from teleop_sim.scenarios.links import link_plan
+from teleop_sim.scenarios.links import Streams, link_plan
 from teleop_sim.scenarios.objects import (
     TASKS,
     Site,
     autonomy_level,
     drawn_disturbances,
+    machine_of,
     operator_criterion,
     operator_human,
     operator_policy,
@@ -199,6 +201,14 @@ def _versions() -> str:
     return " ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
 
 
+def _work(scenario: Scenario, site: Site, streams: Streams) -> Work | None:
+    """What a task with a thing to work on gives its field site."""
+    if site.thing is None:
+        return None
+    loss = scenario.onboard.request_loss if scenario.onboard is not None else 0.0
+    return Work(scenario.robot, site.thing.ghosts, Onboard(loss, streams("onboard.loss")))
+
+
 class _Bench:
     """Two sites and a link, wired to a clock."""
 
@@ -217,7 +227,7 @@ class _Bench:
         watch(RunStarted(0.0, scenario.name, toml, seed, replicate, scenario.time_limit_s, _versions()))
         streams = partial(stream, seed, replicate)
         self._task = TASKS[scenario.task]
-        machine, level = self._task.machine(), autonomy_level(scenario)
+        machine, level = machine_of(scenario), autonomy_level(scenario)
         # The sites are tied together by nothing but this link.
         plan = link_plan(scenario, streams)
         self.link = wire(self.env, plan, streams, self._to_field, self._to_station, watch)
@@ -233,8 +243,9 @@ class _Bench:
         policy = operator_policy(scenario.operator)
         to_station, emit = sender(self.link.site, plan.down), rates_by_state(plan, self.link, watch)
         beat = scenario.link.heartbeat, scenario.link.heartbeat_s
+        work = _work(scenario, site, streams)
         self.field = FieldSite(
-            self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit, policy.verifies
+            self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit, policy.verifies, work
         )
         self.robot = robot
         self.station = Crew(
@@ -281,7 +292,10 @@ class _Bench:
         env, limit_s = self.env, self._scenario.time_limit_s
         env.process(self.station.run())
         done = env.process(self.field.run())
-        env.run(until=done | env.timeout(limit_s))
+        ends = [done, env.timeout(limit_s)]
+        if self._task.ends_when_scored:
+            ends.append(env.process(self.robot.until(self._task.last_checkpoint)))
+        env.run(until=env.any_of(ends))
         self.field.close()
         self.link.close()
         ended = self._ended(done.value if done.triggered else None)
@@ -290,7 +304,9 @@ class _Bench:
 
     def _ended(self, result: Result | None) -> RunEnded:
         now_s, checkpoint, last = float(self.env.now), self.robot.checkpoint, self._task.last_checkpoint
-        if result is None:
+        if self._task.ends_when_scored and checkpoint >= last and not self.robot.fallen and not self.robot.busy:
+            outcome, cause = "completed", ""
+        elif result is None:
             state = self.field.executive.state
             at = f"in {state}, checkpoint {checkpoint} of {last}"
             outcome, cause = "censored", f"time limit of {now_s:g} s reached {at}"

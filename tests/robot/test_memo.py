@@ -6,6 +6,7 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
+from teleop_sim.core.errors import BadInput
 from teleop_sim.core.streams import stream
 from teleop_sim.robot.atlas import atlas
 from teleop_sim.robot.body import Body, RobotState
@@ -15,8 +16,9 @@ from teleop_sim.robot.memo import BODIES, Memo, Sight, size_bytes
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.skills.sensing import picture
 from teleop_sim.robot.valkyrie import valkyrie
-from teleop_sim.scenarios.files import load_scenario
+from teleop_sim.scenarios.files import read_scenario
 from teleop_sim.scenarios.objects import TASKS
+from teleop_sim.scenarios.robots import robot_spec
 from teleop_sim.world.bare import BareFloor
 from teleop_sim.world.digest import plant_digest
 from teleop_sim.world.disturbances import Disturbances, Push
@@ -130,11 +132,19 @@ def test_another_controller_is_another_question(body):
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("task", TASKS)
 def test_every_robot_in_every_task_has_a_digest(robot, task):
-    scenario = load_scenario(task, {})
+    direction = "rate_bps = 380.0\ndelay_s = 0.0"
+    text = f"schema = 1\n[link.up]\n{direction}\n[link.down]\n{direction}\n"
+    hand = {"hand": "claw"} if task.startswith("drc-") else {}
+    try:
+        scenario = read_scenario(text, "a.toml", "a", {"task": task, "robot": robot, **hand})
+    except BadInput as error:
+        # Nobody has found out where Valkyrie stands at door and valve.
+        assert (robot, "no place to stand" in str(error)) == ("valkyrie", True)
+        return
 
     def digest(seed: int) -> bytes:
         site = TASKS[task].site(scenario, lambda name: stream(seed, 0, name))
-        return plant_digest(Plant(ROBOTS[robot]().model, site.scenery))
+        return plant_digest(Plant(robot_spec(scenario).model, site.scenery))
 
     assert digest(1) == digest(1) != digest(2)
 
