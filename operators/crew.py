@@ -15,6 +15,7 @@ from teleop_sim.operators.acts import Briefing, Process, Send
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.desk import Desk, Giver, Hands
 from teleop_sim.operators.human import Human
+from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.person import Person
 from teleop_sim.operators.policies import Policy, Supervise
 from teleop_sim.operators.roles import TEAMS
@@ -39,6 +40,7 @@ class Crew:
         givers: how requests for data are met. templates: the station's server, which its software keeps in step.
         criterion: evidence above which who verifies rejects a claim, in standard deviations.
         hands: how they work through a template by hand, and what they check; None: nobody does.
+        eyes: how a claim is judged: worked out (default) or remembered.
 
     Attributes:
         belief: what has arrived.
@@ -62,12 +64,14 @@ class Crew:
         templates: StationTemplates | None = None,
         criterion: float = CRITERION,
         hands: Hands | None = None,
+        eyes: FreshEyes | None = None,
     ) -> None:
         self._env, self.belief, self._send, self._templates = env, Belief(mirror), send, templates
         self.belief.work.in_reach = briefing.in_reach
         key = tuple(int(k) for k in rng.integers(2**32, size=4))
         self._station = Station(env, mirror, send, briefing.heartbeat_s + briefing.round_trip_s)
         desk = Desk(self.belief, send, briefing, policy or Supervise(), givers or {}, criterion, hands)
+        desk.eyes = eyes or desk.eyes
         self.people = tuple(
             Person(env, desk, timing, human or Human(), key, seat, emit, roles)
             for seat, roles in enumerate(TEAMS[team])

@@ -13,6 +13,7 @@ from teleop_sim.operators.acts import Briefing, Send
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.deeds import Deeds
 from teleop_sim.operators.guide import Check
+from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.policies import Policy
 from teleop_sim.operators.roles import Role
 from teleop_sim.operators.timing import OperatorTiming
@@ -77,6 +78,7 @@ class Desk:
         criterion: evidence above which who verifies rejects a claim.
         hands: how work in lieu of a state is done, piece by piece; None: as the policy moves a hand.
         seats: who has which role.
+        eyes: how a claim is judged, worked out or remembered.
 
     """
 
@@ -88,6 +90,7 @@ class Desk:
     criterion: float = CRITERION
     hands: Hands | None = None
     seats: dict[Role, Person] = field(default_factory=dict)
+    eyes: FreshEyes = field(default_factory=FreshEyes)
 
     def giver(self, request: Request) -> Giver | None:
         """Who meets this request for data."""

@@ -14,9 +14,10 @@ import numpy as np
 from teleop_sim.channel.messages import Answer, Message, Request, VoxelCloud
 from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.channel.template_messages import TemplateChange
-from teleop_sim.operators.alignment import Aligned, AlignmentFigures, align, alignment_s, load_alignment
+from teleop_sim.operators.alignment import Aligned, AlignmentFigures, alignment_s, load_alignment
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.clouds import Region, newest_cloud
+from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.timing import OperatorTiming
 from teleop_sim.templates.elements import Template
 from teleop_sim.templates.poses import Pose, Triple
@@ -39,6 +40,7 @@ class TemplateGiver:
         eye_m: (3,) where the robot's sensor is believed to be, in the odometry frame.
         figures: of the person.
         region: where the thing is expected, and which clouds are asked for; None: nobody asks.
+        eyes: how it is laid: worked out (default) or remembered.
 
     Attributes:
         laid: what was laid last; for reports of the station's own view.
@@ -51,6 +53,7 @@ class TemplateGiver:
     eye_m: Triple
     figures: AlignmentFigures = field(default_factory=load_alignment)
     region: Region | None = None
+    eyes: FreshEyes = field(default_factory=FreshEyes)
     laid: Aligned | None = None
     fits: bool = False
     _refused: VoxelCloud | None = None
@@ -85,7 +88,7 @@ class TemplateGiver:
         if cloud is None:
             return None
         near = None if lying is None else lying.pose
-        self.laid = align(self.template, cloud, self.eye_m, rng, self.figures, near)
+        self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
         self.fits = self.laid is not None and self.laid.fit.share >= LEAST_SHARE
         if self.laid is None or not self.fits:
             self._refused, self._tries = cloud, self._tries + 1
@@ -100,7 +103,7 @@ class TemplateGiver:
         cloud = newest_cloud(belief)
         if cloud is None:
             return None
-        found = align(self.template, cloud, self.eye_m, rng, self.figures, near)
+        found = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
         return found.fit.pose if found is not None and found.fit.share >= LEAST_SHARE else None
 
     def lying(self) -> Entry | None:

@@ -26,7 +26,6 @@ from teleop_sim.operators.human import Human, happens, slipped
 from teleop_sim.operators.roles import Role, role_of
 from teleop_sim.operators.speech import Talk, Talker
 from teleop_sim.operators.timing import OperatorTiming, words_in
-from teleop_sim.operators.verification import judge
 from teleop_sim.operators.workload import Load
 
 NEWER = 0.9
@@ -107,7 +106,7 @@ class Worker:
         (image, marks), rng = shown, self._draws(Purpose.JUDGE, request.request)
         if image in self._unread:
             self._unread.remove(image)
-        judgement = judge(image.pixels(), marks.places, self._desk.criterion, rng)
+        judgement = self._desk.eyes.judge(image, marks.places, self._desk.criterion, rng)
         self.belief.note_judgement(request, judgement)
         event = self.belief.machine.table[request.edge].event
         self._emit(judged_record(float(self._env.now), request.request, event, marks.picture, judgement))
