@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self, TypeVar, dataclass_transform
 
@@ -96,6 +96,18 @@ def fields_of(m: Message) -> tuple[Any, ...]:
     return tuple([getattr(m, name) for name in m.__match_args__])
 
 
+def unpacked(cls: type[_M], values: Sequence[Any], encode: Callable[[_M], bytes]) -> _M:
+    """A message of values that have just been unpacked within their limits: they pack again, and are not tried.
+
+    ``encode`` is the packing that they come from; a class that packs or refuses in a way of its own is made as always.
+    """
+    if cls.__post_init__ is not Message.__post_init__ or cls.encode is not encode:
+        return cls(*values)
+    made = object.__new__(cls)
+    made.__dict__.update(zip(cls.__match_args__, values, strict=True))
+    return made
+
+
 def body_of(cls: type[Message], payload: bytes) -> bytes:
     """The payload without its type byte."""
     if payload[:1] != cls.marks:
@@ -127,7 +139,7 @@ class Counts(Message):
     @classmethod
     def decode(cls, payload: bytes) -> Self:
         """Inverse of ``encode``."""
-        return cls(*unpack_counts(body_of(cls, payload), cls.limits, cls.topic))
+        return unpacked(cls, unpack_counts(body_of(cls, payload), cls.limits, cls.topic), Counts.encode)
 
 
 def pack_number(value: int, where: str, limit: int = UINT16_MAX) -> bytes:
@@ -170,7 +182,7 @@ class Number(Message):
     @classmethod
     def decode(cls, payload: bytes) -> Self:
         """Inverse of ``encode``."""
-        return cls(*[unpack_number(body_of(cls, payload), cls.topic)])
+        return unpacked(cls, [unpack_number(body_of(cls, payload), cls.topic)], Number.encode)
 
 
 @dataclass(frozen=True)
@@ -199,8 +211,7 @@ class Sized(Message):
         *numbers, size = unpack_counts(body[:at], (*cls.limits, UINT16_MAX), cls.topic)
         if len(body) != at + size:
             raise BadMessage(cls.topic, f"{len(body) - at} bytes where {size} were announced", "None may be missing.")
-        fields: list[int | bytes] = [*numbers, body[at:]]
-        return cls(*fields)
+        return unpacked(cls, [*numbers, body[at:]], Sized.encode)
 
 
 def index_of(name: str, names: tuple[str, ...], where: str) -> int:

@@ -86,7 +86,8 @@ class Person(Handworker):
         if changed:
             self._noticed = shown
             self._take_in(shown)
-        if type(message) in VIEWS or type(message) is FootstepPlan:
+        kind = type(message)
+        if kind in VIEWS or kind is FootstepPlan:
             self._try_again()
         if (type(message) is LogLine and "supervisor" in self.roles) or (
             type(message) is Image and "immersed" in self.roles
@@ -94,11 +95,13 @@ class Person(Handworker):
             self._unread.append(message)
             changed = True
         # To wake somebody for nothing takes longer than all the rest.
-        if not self._news.triggered and (changed or type(message) in SEEN or self._minds()):
+        if not self._news.triggered and (changed or kind in SEEN or self._minds()):
             self._news.succeed()
 
     def _minds(self) -> bool:
-        """Does the policy want something else than it did when this person began to wait?"""
+        """Does the policy want something else than it did when this person, if it is the supervisor, began to wait?"""
+        if "supervisor" not in self.roles:
+            return False
         return self._wake_s() != self._policy_due_s or bool(self._advice())
 
     def _wake_s(self) -> float:
@@ -111,11 +114,13 @@ class Person(Handworker):
         """Open requests, and where the machine is, may have changed."""
         if not (shown.asked or self._asked or self._orders or self._errands or self.talks):
             return
-        self._close()
+        if self._asked or self._requests or self._orders or self._errands or self.talks:
+            self._close()
         for asked in shown.asked:
             if asked.request not in self._asked:
                 self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
-        self._weigh()
+        if self._asked or self._unanswered:
+            self._weigh()
 
     def order(self, request: Request, messages: tuple[Message, ...]) -> None:
         """Somebody else asks this person to send something."""
