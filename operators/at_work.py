@@ -128,7 +128,7 @@ class AtWork:
 
     def turned(self) -> float:
         """How far the thing was turned altogether [rad], as felt."""
-        return sum(abs(f.done.amount) for f in self.steps if f.is_turn)
+        return sum(max(f.done.amount, 0.0) for f in self.steps if f.is_turn)
 
     def turned_now(self) -> float:
         """How far it was turned since the hand last came [rad]: what is let go springs back."""
@@ -137,7 +137,7 @@ class AtWork:
             if felt.done.step in ("pregrasp", "grasp", "release"):
                 total = 0.0
             elif felt.is_turn:
-                total += abs(felt.done.amount)
+                total += max(felt.done.amount, 0.0)
         return total
 
     def no_plans(self) -> int:

@@ -24,8 +24,8 @@ Check = Literal["", "template", "hand"]
 
 LEVER_RAD: Final = 0.75
 """A lever that went so far has let its bolt go (assumed: 43 degrees, more than the 40 at which ours does)."""
-PUSHED_RAD: Final = math.radians(12.0)
-"""A door that swung so far stays open (assumed: as ``world/drc_scorer.py``)."""
+PUSHED_M: Final = 0.18
+"""A lever that went so far with its door: 12 degrees about hinges 0.85 m away, as the task asks (assumed)."""
 ROUND_RAD: Final = math.tau
 """The task at the valve: 360 degrees (Romay et al., section 6.1.2)."""
 STUCK_RAD: Final = 0.1
@@ -72,11 +72,11 @@ def _last(belief: Belief) -> str:
 def pushed(belief: Belief) -> bool:
     """Did the last push swing the door far enough, as felt?"""
     last = belief.work.last
-    return last is not None and last.is_push and abs(last.done.amount) >= PUSHED_RAD
+    return last is not None and last.is_push and abs(last.done.amount) >= PUSHED_M
 
 
 def _ever_pushed(belief: Belief) -> bool:
-    return any(f.is_push and abs(f.done.amount) >= PUSHED_RAD for f in belief.work.steps)
+    return any(f.is_push and abs(f.done.amount) >= PUSHED_M for f in belief.work.steps)
 
 
 def round_once(belief: Belief) -> bool:
@@ -102,7 +102,7 @@ EVIDENCE: Final[Mapping[str, Callable[[Belief, Request], bool]]] = MappingProxyT
         "lost": lambda belief, _request: _last(belief) in LOST,
         "pushed": lambda belief, _request: pushed(belief),
         "shut": lambda belief, _request: (
-            not any(f.is_push and abs(f.done.amount) >= PUSHED_RAD for f in belief.work.steps)
+            not any(f.is_push and abs(f.done.amount) >= PUSHED_M for f in belief.work.steps)
         ),
         "turned": lambda belief, _request: belief.work.turned_now() >= LEVER_RAD and not _came_from(belief, "Push"),
         "turning": lambda belief, _request: not _came_from(belief, "Push"),

@@ -16,7 +16,7 @@ import numpy as np
 
 from teleop_sim.channel.messages import StepName
 from teleop_sim.core.errors import UnknownName
-from teleop_sim.operators.guide import LEVER_RAD, PUSHED_RAD, ROUND_RAD
+from teleop_sim.operators.guide import LEVER_RAD, PUSHED_M, ROUND_RAD
 from teleop_sim.templates.poses import Pose, Triple
 
 Goal = Literal[
@@ -44,7 +44,7 @@ class Handling:
         template: name in the library.
         goals: from the template to the end, in order.
         affordances: by goal, the template's name for it.
-        enough: by goal, amount from which it is achieved [rad]; whether goes add up is ``adds``.
+        enough: by goal, amount from which it is achieved [rad, of a push m]; whether goes add up is ``adds``.
         grip_m: (3,) where the hand's tool is when it holds the thing, template's frame; of a wheel: depth behind its
             plane, then the radius, then 0.
         wheel: a wheel with so many spokes, between which the hand goes; 0: none.
@@ -86,7 +86,7 @@ HANDLINGS: Final[Mapping[str, Handling]] = MappingProxyType(
             "door",
             ("align", "preview pregrasp", "preview grasp", "pregrasp", "open", "grasp", "close", "turn", "push"),
             MappingProxyType({"turn": "turnCW", "push": "push"}),
-            MappingProxyType({"turn": LEVER_RAD, "push": PUSHED_RAD}),
+            MappingProxyType({"turn": LEVER_RAD, "push": PUSHED_M}),
             (-0.05, -0.085, 0.0),
         ),
         "DRC_valve": Handling(

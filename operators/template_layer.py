@@ -236,7 +236,7 @@ class TemplateLayer:
         amount = 0.0
         if self.thing.adds and belief.work.turned() > 0.0:
             left = self.thing.enough[goal] - belief.work.turned()
-            amount = math.copysign(max(left + self.figures.arc_rad, self.figures.arc_rad), affordance.amount)
+            amount = max(left, 0.0) + self.figures.arc_rad
         return TemplateStep(step, instance, self.side, affordance.id, amount), affordance.name
 
     def _achieved(self, belief: Belief, goal: str) -> bool:
