@@ -121,7 +121,7 @@ class Work:
     @property
     def lever(self) -> Template:
         """Where the lever's frame is now."""
-        return opened(self.at.place, self.opened_rad)
+        return opened(self.at.place, self.opened_rad) if self.opened_rad else self.at.place
 
     @property
     def handle(self) -> Handle:
