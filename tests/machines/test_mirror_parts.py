@@ -392,3 +392,28 @@ def test_what_no_transition_tells_makes_earlier_commands_late(ledger):
     again = replace(changed, configuration=at("Grasp/Reach"))
     assert ledger.told_whole(again, other).count == 2
     assert "earlier visit" in late(ledger, "Grasp/Reach", "near", 1)
+
+
+def test_the_whole_state_of_a_mirror_in_step_changes_nothing_but_heals_doubt():
+    mirror = Mirror(machine(), 1)
+    mirror.request(3, "confirm", 1, 0)
+    shown = mirror.snapshot
+    mirror.heartbeat(shown.behaviour, shown.hash ^ 1)
+    assert mirror.wants_sync
+    mirror.sync(shown.pack())
+    assert mirror.snapshot is shown
+    assert mirror.in_step
+    mirror.withdrawn(3)
+    mirror.sync(replace(shown, asked=()).pack())
+    mirror.request(3, "confirm", 1, 0)
+    assert mirror.asked == ()
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00"])
+def test_a_mirror_of_what_its_machine_lacks_takes_no_state_for_its_own(data):
+    mirror = Mirror(machine(), 1)
+    mirror.locked_is(200, True)
+    mirror.sync(mirror.snapshot.pack())
+    assert mirror.wants_sync
+    mirror.sync(data)
+    assert mirror.wants_sync
