@@ -163,6 +163,22 @@ def test_a_valve_is_turned(robot):
     assert not run.kinds(Walk), "it stands there already"
 
 
+@pytest.mark.parametrize(
+    ("machine", "robot", "choices", "template", "asked"),
+    [
+        (door_machine, "atlas", DOOR_ATLAS, "door", (1, 3, 6)),
+        (door_machine, "thormang3", DOOR_THOR, "door", (1, 13, 6)),
+        (valve_machine, "atlas", VALVE_ATLAS, "DRC_valve", (1, 6, 3)),
+        (valve_machine, "thormang3", VALVE_THOR, "DRC_valve", (1, 3, 6)),
+    ],
+)
+def test_so_often_people_are_asked_at_level_high(machine, robot, choices, template, asked):
+    run = Run(machine(robot), robot, choices, Autonomy.HIGH, template=template)
+    run.run()
+    kinds = [kind for kind, _ in run.asked]
+    assert tuple(kinds.count(kind) for kind in ("data", "confirm", "decide")) == asked
+
+
 def test_a_lab_robot_is_asked_for_no_look_at_footsteps_that_are_not_needed():
     run = Run(door_machine("atlas"), "atlas", DOOR_ATLAS, Autonomy.HIGH)
     run.run()
@@ -210,6 +226,11 @@ def test_settings_are_all_that_is_changed():
             changed = [path for path in ours.state_names if ours.leaf(path) != published.leaf(path)]
             assert changed == ([HANDLE] if (behaviour, name) == ("open_door", "atlas") else [])
             assert {p.name: p.default for p in ours.parameters}["hand_side"] == "left"
+
+
+def test_a_machine_with_nothing_to_set_is_the_published_one():
+    assert valve_machine("atlas").checksum == read_behaviour("turn_valve_atlas").checksum
+    assert door_machine("thormang3").checksum == read_behaviour("open_door_thor").checksum
 
 
 def test_every_class_of_the_four_machines_has_a_program():

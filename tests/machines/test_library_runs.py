@@ -18,7 +18,11 @@ from teleop_sim.machines.stub import Crew, absent_crew, confirming_crew, drawn_r
 from teleop_sim.machines.vigir import ENDLESS_AT_FULL
 from teleop_sim.machines.ways import way
 
-ENDLESS = {"vigir-valve-thor": "turn_valve_thor", "vigir-cut-hole-atlas": "cut_hole_in_wall_atlas"}
+ENDLESS = {
+    "drc-valve-thormang3": "turn_valve_thor",
+    "vigir-valve-thor": "turn_valve_thor",
+    "vigir-cut-hole-atlas": "cut_hole_in_wall_atlas",
+}
 CASES = [(name, level) for name in MACHINES for level in Autonomy]
 SAME = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 

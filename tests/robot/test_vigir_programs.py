@@ -167,6 +167,13 @@ def test_a_motion_is_done_that_went_as_far_as_the_thing_let_it(outcome, event):
     assert came == event
 
 
+def test_a_wheel_that_turned_before_the_rod_slipped_out_is_left_to_a_person():
+    move, facts = {"joint_trajectory": Move(VALVE, OPEN, 1.0)}, {"work": Work(VALVE, "at", True)}
+    ways = [acted("grip_lost", 0.6), reply("released"), reply(), reply("blocked"), *[reply(), reply("blocked")] * 2]
+    steps, event, _ = visit("ExecuteTrajectoryMsgState", move, replies=ways, facts=facts)
+    assert (steps[-1], event) == (Stepped("affordance", "blocked", 0.6), "done")
+
+
 def test_turning_a_rod_back_needs_no_motion():
     close = Move(VALVE, 0, 3.5)
     _, event, writes = visit("PlanAffordanceState", {"affordance": close})

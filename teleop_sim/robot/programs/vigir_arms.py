@@ -144,8 +144,8 @@ def _arm(visit: Visit, goal: Goal) -> StepProgram:
 def _affordance(visit: Visit, move: Move) -> Program:
     end = yield from stepped("affordance", (yield from affordance(visit.memory, move.at, move.which, move.amount)))
     visit.memory.facts["went"] = end.amount / move.amount if move.amount else 0.0
-    # A wheel that the rod has left turned meanwhile: whether it is far enough is asked next.
-    turned = move.at.template == VALVE and end.outcome == "grip_lost" and end.amount > LEAST_RAD
+    # A wheel that has turned before something went wrong has turned: whether far enough is asked next.
+    turned = move.at.template == VALVE and end.amount > LEAST_RAD
     return "done" if end.outcome in DONE or turned else "failed"
 
 
