@@ -20,6 +20,12 @@ TOLD: Final = frozenset({StepDone, HandPose, FootstepPlan, VoxelCloud})
 ASIDE: Final = ("push", "back", "wrist", "joint_limit", "insert", "extract", "test")
 """Parts of the names of states and affordances that do not turn the thing on."""
 
+NO_PLANS: Final = 2
+"""So many steps in a row that find no way make people doubt the world model (assumed)."""
+
+AT_ONCE_S: Final = 1.0
+"""A state that was seen for a shorter time has not walked (assumed: less than a step)."""
+
 WALKS: Final = "ExecuteStepPlan"
 """How the programs of ViGIR's states that walk begin."""
 
@@ -66,6 +72,8 @@ class AtWork:
         last_by_hand: the state that was done by hand last.
         in_reach: the thing is within the hands' reach from the start, as the crew was told.
         ordered: names of the affordances that were ordered and of which nothing was told yet.
+        reset: how many steps had been told when the world model was last reset.
+        walks: how many states had been visited when the robot was last seen to have walked, oldest first.
         clouds, poses: how many clouds, and poses of hands, have arrived.
 
     """
@@ -80,6 +88,8 @@ class AtWork:
     last_by_hand: str = ""
     in_reach: bool = False
     ordered: tuple[str, ...] = ()
+    reset: int = 0
+    walks: tuple[int, ...] = ()
     clouds: int = 0
     poses: int = 0
 
@@ -149,14 +159,29 @@ class AtWork:
             count += 1
         return count
 
-    def walked_since(self, machine: Machine, visited: tuple[str, ...]) -> bool:
-        """Has the robot walked since a template was laid?"""
-        seen = visited[self.laid[0] :] if self.laid is not None else ()
-        return any(walks(machine, state) for state in seen)
+    @property
+    def doubts_world(self) -> bool:
+        """Have steps found no way so often in a row that the world model may be wrong? Once a row."""
+        row = self.no_plans()
+        return row >= NO_PLANS and self.reset <= len(self.steps) - row
 
-    def stands_there(self, machine: Machine, visited: tuple[str, ...]) -> bool:
+    def note_walk(self, visited: int) -> None:
+        """The robot was seen to walk, when so many states had been visited."""
+        self.walks = (*self.walks, visited + 1)
+
+    def note_reset(self) -> None:
+        """The world model is reset."""
+        self.reset = len(self.steps)
+
+    @property
+    def walked_since(self) -> bool:
+        """Has the robot walked since a template was laid?"""
+        return self.laid is not None and any(walk > self.laid[0] for walk in self.walks)
+
+    @property
+    def stands_there(self) -> bool:
         """Is the thing in reach, from the start or because the robot has walked?"""
-        return self.in_reach or any(walks(machine, state) for state in visited)
+        return self.in_reach or bool(self.walks)
 
     @property
     def plan(self) -> tuple[FootstepPlan, ...]:
@@ -166,10 +191,6 @@ class AtWork:
         return tuple(self.parts[k] for k in sorted(self.parts))
 
 
-def walks(machine: Machine, state: str) -> bool:
-    """Does the robot walk in this state?"""
-    return state in machine.net.by_path and _program(machine, state).startswith(WALKS)
-
-
-def _program(machine: Machine, state: str) -> str:
-    return machine.leaf(state).program if state in machine.state_names else ""
+def walks(machine: Machine, state: str, stayed_s: float) -> bool:
+    """Has the robot walked in this state, that it was seen to be in for so long? One without steps is over at once."""
+    return stayed_s > AT_ONCE_S and machine.leaf(state).program.startswith(WALKS)

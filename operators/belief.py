@@ -25,7 +25,7 @@ from teleop_sim.channel.messages import (
 from teleop_sim.machines.declare import Edge, Machine
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.machines.sync import Snapshot
-from teleop_sim.operators.at_work import TOLD, AtWork
+from teleop_sim.operators.at_work import TOLD, AtWork, walks
 from teleop_sim.operators.interventions import failed_state
 from teleop_sim.operators.verification import Judgement
 
@@ -79,6 +79,7 @@ class Belief:
         self.judged: dict[int, Judgement] = {}
         self.refused: dict[int, int] = {}
         self.work = AtWork()
+        self._since_s = 0.0
         self._picture: Image | None = None
         self._claims: dict[int, tuple[Image, Marks]] = {}
 
@@ -101,6 +102,9 @@ class Belief:
             edge = table[message.edge]
             self.refused.pop(message.edge, None)
             # A lost update leaves a gap: the edge itself says where the machine must have been.
+            if walks(self.machine, edge.state, now_s - self._since_s):
+                self.work.note_walk(len(self.visited))
+            self._since_s = now_s
             self._visit((edge.state, *self._entered(edge)))
             self._count(edge, now_s)
             return edge
@@ -138,6 +142,11 @@ class Belief:
         if request.kind == "confirm":
             return f"{state} {self.machine.table[request.edge].event}"
         return f"{_VERBS[request.kind]} {state}"
+
+    def spoken(self, request: Request) -> str:
+        """The same as it is said: nobody names the containers around a state."""
+        verb, _, path = self.question(request).rpartition(" ")
+        return f"{verb} {path.rpartition('/')[2]}".strip() if request.kind != "confirm" else self.question(request)
 
     def waiting_state(self, request: Request) -> str:
         """The state that is left when the request is settled.

@@ -1,7 +1,8 @@
 """ViGIR's way: the behaviour works, people decide where it asks, look where it may be wrong, and act where it fails.
 
-``Supervise``, the table of decisions (``guide.py``) and ``StepDown``'s fall-back: a state that failed twice in a row is
-done by hand through templates or, failing that, by moving the hand (``template_layer.py``); its outcome is then forced.
+``Supervise``, the table of decisions (``guide.py``) and ``StepDown``'s fall-back: a state that failed twice in a row,
+or once where somebody had to step in before, is done by hand through templates or, failing that, by moving the hand
+(``template_layer.py``); its outcome is then forced.
 
 Source: A. Romay et al., sections 5.2 and 6.1.
 """
@@ -17,9 +18,6 @@ from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.guide import Guide, load_guide
 from teleop_sim.operators.step_down import StepDown
-
-NO_PLANS = 2
-"""So many steps in a row that find no way make people doubt the world model (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,10 @@ class Collaborate(StepDown):
 
     def advise(self, belief: Belief, now_s: float, briefing: Briefing, /) -> tuple[Message, ...]:
         """``ResetWorld`` when steps repeatedly find no way."""
-        if belief.work.no_plans() < NO_PLANS:
-            return ()
-        since_s = belief.work.steps[-NO_PLANS].t_s
-        sent_s, _ = belief.sent.get(ResetWorld.topic, (-math.inf, None))
         del now_s, briefing
-        return (ResetWorld(),) if sent_s < since_s else ()
+        # Who acts by hand sees to it himself.
+        by_hand = any(asked.kind == "act" for asked in belief.mirror.asked)
+        return (ResetWorld(),) if belief.work.doubts_world and not by_hand else ()
 
     def wake_s(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> float:
         """Never: advice depends on what arrives."""
@@ -78,7 +74,9 @@ class Collaborate(StepDown):
             return (Force(machine.edge_index(state, done), belief.mirror.seen),)
         fails = belief.failed.get(state, 0) + belief.refused.get(request.edge, 0) + 1
         able = bool(self.guide.goals(machine, state)) and not belief.in_lieu.get(state, 0)
-        if fails >= self.after and able:
+        # Who had to step in once steps in at once.
+        after = 1 if belief.in_lieu else self.after
+        if fails >= after and able:
             return (TakeOver(request.node),)
         if fails < self.after and _ends_all(belief, edge):
             return (Reject(request.request),)

@@ -20,13 +20,13 @@ from teleop_sim.operators.guide import LEVER_RAD, PUSHED_M, ROUND_RAD
 from teleop_sim.templates.poses import Pose, Triple
 
 Goal = Literal[
-    "align", "look", "hand", "preview pregrasp", "preview grasp", "pregrasp", "open", "grasp", "close", "turn", "push",
+    "align", "stand", "preview pregrasp", "preview grasp", "pregrasp", "open", "grasp", "close", "turn", "push",
     "adjust",
 ]  # fmt: skip
 
 STEP_OF: Final[Mapping[str, StepName]] = MappingProxyType(
     {
-        "pregrasp": "pregrasp", "open": "open", "grasp": "grasp", "close": "close",
+        "stand": "stand", "pregrasp": "pregrasp", "open": "open", "grasp": "grasp", "close": "close",
         "turn": "affordance", "push": "affordance",
     }
 )  # fmt: skip
@@ -80,27 +80,29 @@ class Handling:
         return _triple(pose.place(np.array((depth, radius * math.sin(angle), radius * math.cos(angle)))))
 
 
+TO_THE_HANDLE: Final[tuple[Goal, ...]] = ("align", "stand", "preview pregrasp", "preview grasp", "pregrasp")
+
 HANDLINGS: Final[Mapping[str, Handling]] = MappingProxyType(
     {
         "door": Handling(
             "door",
-            ("align", "preview pregrasp", "preview grasp", "pregrasp", "open", "grasp", "close", "turn", "push"),
+            (*TO_THE_HANDLE, "open", "grasp", "close", "turn", "push"),
             MappingProxyType({"turn": "turnCW", "push": "push"}),
             MappingProxyType({"turn": LEVER_RAD, "push": PUSHED_M}),
             (-0.05, -0.085, 0.0),
         ),
         "DRC_valve": Handling(
             "DRC_valve",
-            ("align", "preview pregrasp", "preview grasp", "pregrasp", "grasp", "turn"),
+            (*TO_THE_HANDLE, "grasp", "turn"),
             MappingProxyType({"turn": "open"}),
-            MappingProxyType({"turn": ROUND_RAD - 2e-3}),
+            MappingProxyType({"turn": ROUND_RAD}),
             (0.015, 0.12, 0.0),
             wheel=4,
             lag_rad=math.radians(40.0),
         ),
     }
 )
-"""By template. Order of the goals: Romay et al., sections 6.2.1 and 6.2.3. A rod between spokes takes no closing."""
+"""By template. Order: Romay et al., sections 6.1.2, 6.2.1, 6.2.3. A rod between spokes takes no closing."""
 
 
 def handling(template: str) -> Handling:

@@ -172,7 +172,7 @@ class Person(Handworker):
         if speaker is listener:
             self._requests.append(request)
         else:
-            said = self.belief.question(request)
+            said = self.belief.spoken(request)
             self._talk_of((speaker, listener), request, said, lambda: self._take(request))
 
     def _has_checked(self, request: Request) -> bool:
@@ -326,7 +326,7 @@ class Person(Handworker):
         other = self._desk.seats["supervisor"]
         if other is self:
             return False
-        said = f"done {self.belief.question(request)}"
+        said = f"done {self.belief.spoken(request)}"
         self._talk_of((self, other), request, said, lambda: other.order(request, messages))
         return True
 
@@ -396,8 +396,7 @@ class Person(Handworker):
         if other is self:
             yield from self._send_all(NOBODY, advice, rng)
             return
-        for message in advice:
-            self.belief.note_sent(message, 0, float(self._env.now))
+        self.belief.work.note_reset()
         said = ", ".join(describe(message, "", self.belief.machine) for message in advice)
         self._talk_of((self, other), NOBODY, said, lambda: other.order(NOBODY, advice))
 

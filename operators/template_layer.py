@@ -61,6 +61,8 @@ class LayerFigures:
     longest_m: float
     error: float
     arc_rad: float
+    go_rad: float
+    go_ghosts: int
     before_m: float
     moves: int
     tries: int
@@ -137,7 +139,7 @@ class TemplateLayer:
         work = belief.work
         turned = self.thing.adds and any(felt.is_turn for felt in work.since_laid)
         failed = any(felt.done.outcome in LOST for felt in work.since_laid)
-        return wanted if turned or failed or work.walked_since(belief.machine, belief.visited) else ""
+        return wanted if turned or failed or work.walked_since else ""
 
     def checking(self, belief: Belief, request: Request, what: Check, rng: np.random.Generator) -> Deeds:
         """Look whether the template, or the hand at it, is where it should be; the template is moved if not."""
@@ -147,7 +149,7 @@ class TemplateLayer:
     def doing(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
         """Do by hand what a state does: its goals, or, of a state that is a person's from the start, all there are."""
         state = belief.path_of(request)
-        goals = self.guide.goals(belief.machine, state) or self.thing.goals
+        goals = self._whole(self.guide.goals(belief.machine, state)) or self.thing.goals
         round_no, k = 0, 0
         while k < len(goals):
             if (yield from self._goal(belief, goals[k], rng)):
@@ -156,9 +158,14 @@ class TemplateLayer:
             round_no += 1
             if round_no >= self.figures.rounds:
                 return False
-            k = goals.index("pregrasp") if "pregrasp" in goals[: k + 1] else 0
+            k = goals.index("pregrasp") if "pregrasp" in goals[:k] else k
             yield from self._align(belief, rng, tries=round_no)
         return True
+
+    def _whole(self, goals: tuple[str, ...]) -> tuple[str, ...]:
+        """A thing that is held is held by closed fingers, whether or not a behaviour has a state for them."""
+        closes = goals[-1:] == ("grasp",) and "close" in self.thing.goals
+        return (*goals, "close") if closes else goals
 
     # Goals ---------------------------------------------------------------------------------------------------------
 
@@ -170,6 +177,8 @@ class TemplateLayer:
             return True
         if self.giver.lying() is None and not (yield from self._align(belief, rng)):
             return False
+        if goal == "stand":
+            return (yield from self._stand(belief, rng))
         if goal == "adjust":
             return (yield from self._by_eye(belief, goal, rng))
         fails = 0
@@ -177,12 +186,21 @@ class TemplateLayer:
             if (yield from self._order(belief, goal)):
                 return True
             fails += 1
-            if belief.work.no_plans() >= self.figures.tries:
+            if belief.work.doubts_world:
                 yield Deed("", "the world model may be wrong", self.timing.notice_s(), only(ResetWorld()))
             if fails >= self.figures.tries:
                 return (yield from self._by_eye(belief, goal, rng))
             if not (yield from self._regain(belief, goal, rng)):
                 return False
+
+    def _stand(self, belief: Belief, rng: np.random.Generator) -> Deeds:
+        """Walk to where the thing is in reach, if it is not, and lay the template anew from there."""
+        if belief.work.stands_there:
+            return True
+        if not (yield from self._order(belief, "stand")):
+            return False
+        belief.work.note_walk(len(belief.visited))
+        return (yield from self._align(belief, rng))
 
     def _regain(self, belief: Belief, goal: str, rng: np.random.Generator) -> Deeds:
         """Bring everything to where the goal can be tried again: the template laid anew, the hand before or at it."""
@@ -204,6 +222,8 @@ class TemplateLayer:
         """Order a step, wait, judge; of a turn as many goes as bring something."""
         for _ in range(GOES):
             order, name = self._step(belief, goal)
+            for _ in range(self.figures.go_ghosts if goal == "turn" and self.thing.adds else 0):
+                yield Deed("template", f"ghost of {name}", self._pieces["preview"], only())
 
             def made(_now_s: float, order: TemplateStep = order, name: str = name) -> Made:
                 belief.work.note_order(order, name)
@@ -234,9 +254,9 @@ class TemplateLayer:
             return TemplateStep(step, instance, self.side, which), goal
         affordance = template.affordance(self.thing.affordances[goal])
         amount = 0.0
-        if self.thing.adds and belief.work.turned() > 0.0:
-            left = self.thing.enough[goal] - belief.work.turned()
-            amount = max(left, 0.0) + self.figures.arc_rad
+        if self.thing.adds:
+            left = max(self.thing.enough[goal] - belief.work.turned(), 0.0)
+            amount = min(left + self.figures.arc_rad, self.figures.go_rad)
         return TemplateStep(step, instance, self.side, affordance.id, amount), affordance.name
 
     def _achieved(self, belief: Belief, goal: str) -> bool:

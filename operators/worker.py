@@ -17,6 +17,7 @@ from teleop_sim.channel.messages import (
     Message,
     Reject,
     Request,
+    ResetWorld,
     encode_message,
 )
 from teleop_sim.core.records import Emit, OperatorActed
@@ -149,6 +150,8 @@ class Worker:
         text = note + describe(message, question, self.belief.machine)
         self._desk.send(topic, payload, text)
         self.belief.note_sent(message, request.request, float(self._env.now))
+        if type(message) is ResetWorld:
+            self.belief.work.note_reset()
         self._record(start_s, "send", request.request, text)
 
     def _sending_s(self, message: Message) -> float:

@@ -172,7 +172,7 @@ def test_before_a_decision_the_supervisor_asks_who_sees_the_scene():
         room.env.run(60.0)
     assert not alone.acts("talk")
     talks = {(a.role, a.start_s, a.text) for a in four.acts("talk")}
-    text = four.crew.belief.question(Request(1, "decide", DOOR.net.by_path[DECIDE]))
+    text = four.crew.belief.spoken(Request(1, "decide", DOOR.net.by_path[DECIDE]))
     assert talks == {("supervisor", 0.0, f"say: {text}"), ("immersed", 0.0, f"hear: {text}")}
     spoken_s = four.acts("talk")[0].t_s
     assert four.sent[0][0] == pytest.approx(alone.sent[0][0] + spoken_s)

@@ -110,7 +110,7 @@ def test_a_wheel_is_turned_on_until_goes_add_up_to_a_whole_turn():
     belief, request = at(machine, "Turn_Valve/Decide_Keep_Turning", "done")
     felt(belief, ("affordance", "reached", 2.0), ("affordance", "force_limit", 2.2))
     assert chosen(machine, belief, request) == "turn_more"
-    felt(belief, ("affordance", "reached", 2.2))
+    felt(belief, ("affordance", "reached", 2.9))
     assert chosen(machine, belief, request) == "done"
 
 
