@@ -43,8 +43,9 @@ from teleop_sim.operators.clouds import Region
 from teleop_sim.operators.collaborate import Collaborate
 from teleop_sim.operators.crew import Crew
 from teleop_sim.operators.handling import handling
+from teleop_sim.operators.layer_figures import layer_elements, load_layer
 from teleop_sim.operators.template_giver import SELECTED_OBJECT, TemplateGiver
-from teleop_sim.operators.template_layer import TemplateLayer, layer_elements, load_layer
+from teleop_sim.operators.template_layer import TemplateLayer
 from teleop_sim.operators.timing import load_timing
 from teleop_sim.templates.library import library
 from teleop_sim.templates.poses import Pose, gap
