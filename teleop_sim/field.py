@@ -24,6 +24,7 @@ from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Command, Look, Side, Vector
+from teleop_sim.robot.gait import Gait
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
 from teleop_sim.robot.programs.steps import (
     AskData,
@@ -178,6 +179,11 @@ class FieldSite:
         """Let time pass for what a person ordered."""
         yield from self._wait(seconds, why, self.executive.state)
 
+    @property
+    def gait(self) -> Gait:
+        """How the robot walks."""
+        return self._robot.gait
+
     def hand(self, side: Side) -> tuple[Vector, Vector]:
         """Tool of a hand: position [m] and rotation vector [rad], odometry frame."""
         found: tuple[Vector, Vector] = self._robot.look("robot.hand", _left_tool if side == "left" else _right_tool)
@@ -235,6 +241,8 @@ class FieldSite:
             case Show(claim=claim):
                 yield from self._show(claim, start)
             case AskData(what=what):
+                if self._things is not None:
+                    self._things.asked(what)
                 return (yield start.ask(what))
             case Stepped():
                 if self._things is not None:

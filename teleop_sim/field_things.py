@@ -16,12 +16,21 @@ import simpy
 
 from teleop_sim.channel import messages as msg
 from teleop_sim.channel.template_ends import FieldTemplates
-from teleop_sim.robot.commands import Cartesian, Cloud, Command, Joints, Scan, Side
+from teleop_sim.robot.commands import Cartesian, Cloud, Command, Joints, PlanarPose, Scan, Side, Walk
+from teleop_sim.robot.footsteps import walk_bodies
+from teleop_sim.robot.gait import Gait
 from teleop_sim.robot.programs.steps import AskData, AskStatus, Memory, Reply, Say, Show, Stepped, Wait
 from teleop_sim.robot.programs.template_steps import Instance, StepOutcome, hand_moved, instance_of, step_program
+from teleop_sim.robot.route import plain_steps
 from teleop_sim.world.description import Vector
 
 Process = Generator[simpy.Event, Any, Any]
+
+
+PLAN = "FOOTSTEP_PLAN_HEADER"
+"""What ViGIR's states ask for when footsteps are to be looked at."""
+SHOWN_STEPS = 10
+"""Footsteps that the consoles could draw at once (Romay et al., section 6.1.2: plans of more could not be shown)."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,10 @@ class Work:
 
 class Site(Protocol):
     """What this needs of the field site."""
+
+    @property
+    def gait(self) -> Gait:
+        """How the robot walks."""
 
     def tell(self, message: msg.Message, text: str) -> None:
         """To the downlink."""
@@ -135,6 +148,16 @@ class Things:
         """Tell what came of a step of the behaviour's, and where the hand is."""
         self._tell(done.step, done.outcome, done.amount, self.work.side)
 
+    def asked(self, what: str) -> None:
+        """Before an operator is asked for a look at footsteps: show them, in parts that a console can draw."""
+        plan = self.memory.facts.get("plan")
+        if what != PLAN or not isinstance(plan, Walk):
+            return
+        steps = planned_footsteps(self.memory.facts.get("pose", (0.0, 0.0, 0.0)), plan, self.site.gait)
+        pieces = [steps[k : k + SHOWN_STEPS] for k in range(0, len(steps), SHOWN_STEPS)] or [()]
+        for k, piece in enumerate(pieces):
+            self.site.tell(msg.FootstepPlan(k, len(pieces), piece), f"footsteps, part {k + 1} of {len(pieces)}")
+
     def heartbeat(self) -> None:
         """Tell the hash of all templates, if there are any."""
         if self.server.server.entries:
@@ -201,6 +224,11 @@ class Things:
         away = np.linalg.norm(reply.data.points - np.array(asked.middle_m), axis=1)
         points = reply.data.points[away <= asked.radius_m]
         self.site.tell(msg.encode_voxels(points, asked.voxel_mm / 1000), f"cloud of {len(points)} points")
+
+
+def planned_footsteps(here: PlanarPose, walk: Walk, gait: Gait) -> tuple[PlanarPose, ...]:
+    """Footsteps of a walk from where the middle of the feet is, round nothing."""
+    return tuple((s.x, s.y, s.yaw) for s in plain_steps(here, walk_bodies(here, walk.path, gait), gait))
 
 
 def _amount(amount: float) -> float:

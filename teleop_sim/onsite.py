@@ -14,7 +14,7 @@ from teleop_sim.core.streams import stream
 from teleop_sim.robot.body import Body, RobotState
 from teleop_sim.robot.commands import Command, PlanarPose, Stop
 from teleop_sim.robot.episode import Episode, NoiseKey
-from teleop_sim.robot.gait import body_between
+from teleop_sim.robot.gait import Gait, body_between
 from teleop_sim.robot.memo import Fresh, Sight
 from teleop_sim.world.description import Vector
 from teleop_sim.world.plant import HasPlaces
@@ -69,6 +69,11 @@ class RobotOnSite:
     def fallen(self) -> bool:
         """Whether the robot is down."""
         return self._state.fallen
+
+    @property
+    def gait(self) -> Gait:
+        """How it walks."""
+        return self._body.spec.gait
 
     def rng(self, name: str) -> np.random.Generator:
         """A named stream of this replicate."""

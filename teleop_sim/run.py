@@ -31,6 +31,7 @@ from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.memo import Fresh
 from teleop_sim.robot.programs.pacing import pacing
+from teleop_sim.scenarios.crews import crew_tools
 from teleop_sim.scenarios.links import Streams, link_plan
 from teleop_sim.scenarios.objects import (
     TASKS,
@@ -248,17 +249,23 @@ class _Bench:
             self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit, policy.verifies, work
         )
         self.robot = robot
+        timing, thing = operator_timing(scenario.operator), site.thing
+        tools = crew_tools(scenario.robot, self._task.template, thing, plan.round_trip_s, timing)
+        in_reach = thing is not None and thing.ahead_m == 0.0
         self.station = Crew(
             self.env,
             Mirror(machine, level),
             sender(self.link.station, plan.up),
-            operator_timing(scenario.operator),
+            timing,
             streams("operator"),
             watch,
-            Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1]),
+            Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1], in_reach),
             policy,
             scenario.operator.team or 1,
             operator_human(scenario.operator),
+            tools.givers,
+            tools.templates,
+            hands=tools.hands,
             criterion=operator_criterion(scenario.operator),
         )
 
@@ -292,19 +299,19 @@ class _Bench:
         env, limit_s = self.env, self._scenario.time_limit_s
         env.process(self.station.run())
         done = env.process(self.field.run())
-        ends = [done, env.timeout(limit_s)]
+        reached = env.event()
         if self._task.ends_when_scored:
-            ends.append(env.process(self.robot.until(self._task.last_checkpoint)))
-        env.run(until=env.any_of(ends))
+            reached = env.process(self.robot.until(self._task.last_checkpoint))
+        env.run(until=done | reached | env.timeout(limit_s))
         self.field.close()
         self.link.close()
-        ended = self._ended(done.value if done.triggered else None)
+        ended = self._ended(done.value if done.triggered else None, reached.triggered)
         self._watch(ended)
         return ended
 
-    def _ended(self, result: Result | None) -> RunEnded:
+    def _ended(self, result: Result | None, reached: bool) -> RunEnded:
         now_s, checkpoint, last = float(self.env.now), self.robot.checkpoint, self._task.last_checkpoint
-        if self._task.ends_when_scored and checkpoint >= last and not self.robot.fallen and not self.robot.busy:
+        if reached:
             outcome, cause = "completed", ""
         elif result is None:
             state = self.field.executive.state

@@ -1,4 +1,4 @@
-"""A field site at a door and a valve: what arrives as bytes is done by physics, and what came of it is told in bytes."""
+"""A field site at door and valve: what arrives as bytes is done by physics, and what came of it is told in bytes."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Desk:
         self.templates = StationTemplates(0.0)
         self.env.process(self.field.run())
 
-    def _hear(self, topic: str, payload: bytes, text: str) -> None:
+    def _hear(self, topic: str, payload: bytes, _text: str) -> None:
         self.heard.append(msg.decode_message(topic, payload))
 
     def send(self, message: msg.Message) -> None:
