@@ -20,6 +20,7 @@ from teleop_sim.operators.timing import OperatorTiming
 from teleop_sim.operators.verification import CRITERION
 
 if TYPE_CHECKING:
+    from teleop_sim.operators.inbox import Inbox
     from teleop_sim.operators.person import Person
 
 
@@ -114,4 +115,4 @@ class Errand:
 
     request: Request
     what: Check
-    asker: Person
+    asker: Inbox
