@@ -147,7 +147,7 @@ class AtWork:
             if felt.done.step in ("pregrasp", "grasp", "release"):
                 total = 0.0
             elif felt.is_turn:
-                total += max(felt.done.amount, 0.0)
+                total = 0.0 if felt.done.outcome == "grip_lost" else total + max(felt.done.amount, 0.0)
         return total
 
     def no_plans(self) -> int:

@@ -7,6 +7,7 @@ answer's data are the instance's number, one byte; the template itself goes ahea
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from teleop_sim.channel.messages import Answer, Message, Request, VoxelCloud
 from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.channel.template_messages import TemplateChange
-from teleop_sim.operators.alignment import Aligned, AlignmentFigures, alignment_s, load_alignment
+from teleop_sim.operators.alignment import Aligned, AlignmentFigures, alignment_s, disturbed, load_alignment
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.clouds import Region, newest_cloud
 from teleop_sim.operators.memo import FreshEyes
@@ -25,6 +26,10 @@ from teleop_sim.templates.server import Entry
 
 SELECTED_OBJECT = "SELECTED_OBJECT_ID"
 """What ViGIR's states ask for, as their parameter ``request`` says."""
+
+STRAY_M = 0.25
+"""A laying farther from where the thing is expected is of something else (assumed: twice what a first laying is off;
+who sees the handle in the picture does not miss it by more)."""
 
 LEAST_SHARE = 0.3
 """Of the points near a template that must lie on it for a person to think that it fits (assumed: a third)."""
@@ -89,7 +94,11 @@ class TemplateGiver:
             return None
         near = None if lying is None else lying.pose
         self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
-        self.fits = self.laid is not None and self.laid.fit.share >= LEAST_SHARE
+        if self.laid is not None and self._strays(self.laid.pose):
+            # Map and picture show that the thing is elsewhere: the template is put there by hand first.
+            start = self._where_expected(rng)
+            self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, start)
+        self.fits = self.laid is not None and self._right(self.laid)
         if self.laid is None or not self.fits:
             self._refused, self._tries = cloud, self._tries + 1
             return None
@@ -104,7 +113,23 @@ class TemplateGiver:
         if cloud is None:
             return None
         found = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
-        return found.fit.pose if found is not None and found.fit.share >= LEAST_SHARE else None
+        return found.fit.pose if found is not None and self._right(found) else None
+
+    def _right(self, laid: Aligned) -> bool:
+        """Does a person think that it fits?"""
+        return laid.fit.share >= LEAST_SHARE and not self._strays(laid.pose)
+
+    def _strays(self, pose: Pose) -> bool:
+        """Is it so far from where the thing is expected that it must be something else?"""
+        return self.region is not None and math.dist(pose.position_m, self.region.expected_m) > STRAY_M
+
+    def _where_expected(self, rng: np.random.Generator) -> Pose:
+        """The template put where map and picture have the thing, facing who looks, as exactly as a hand does."""
+        assert self.region is not None
+        place, eye = self.region.expected_m, self.eye_m
+        facing = Pose(place, (0.0, 0.0, math.atan2(place[1] - eye[1], place[0] - eye[0])))
+        shift, turn = rng.standard_normal((2, 3))
+        return disturbed(self.template, facing, self.figures.coarse_m * shift, self.figures.coarse_rad * turn)
 
     def lying(self) -> Entry | None:
         """The newest instance of this template that lies in the odometry frame."""
