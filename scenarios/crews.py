@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.operators.clouds import Region
+from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.plan_review import GOAL, PLAN, GoalGiver, PlanReviewer
 from teleop_sim.operators.template_giver import SELECTED_OBJECT, TemplateGiver
 from teleop_sim.operators.template_layer import TemplateLayer
@@ -41,13 +42,16 @@ def crew_tools(
     thing: Placed | None,
     round_trip_s: float,
     timing: OperatorTiming,
+    eyes: FreshEyes | None = None,
     voxel_mm: int | None = None,
 ) -> Tools:
     """For a crew that starts.
 
     Args:
         robot: name. template: name in the library. thing: what the map of the course says of its place.
-        round_trip_s: announced. timing: of the people. voxel_mm: of the first cloud that they ask for.
+        round_trip_s: announced. timing: of the people.
+        eyes: how they lay templates, worked out (default) or remembered.
+        voxel_mm: of the first cloud that they ask for.
 
     """
     if thing is None:
@@ -55,6 +59,6 @@ def crew_tools(
     station = StationTemplates(round_trip_s)
     eye: Triple = EYE_M
     region = Region(thing.nominal, VOXEL_MM if voxel_mm is None else voxel_mm)
-    giver = TemplateGiver(station, library().named(template), eye, region=region)
+    giver = TemplateGiver(station, library().named(template), eye, region=region, eyes=eyes or FreshEyes())
     givers: dict[str, Giver] = {SELECTED_OBJECT: giver, PLAN: PlanReviewer(), GOAL: GoalGiver(giver, robot)}
     return Tools(station, givers, TemplateLayer(giver, timing))

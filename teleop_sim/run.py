@@ -26,6 +26,7 @@ from teleop_sim.machines.mirror import Mirror
 from teleop_sim.onsite import RobotOnSite
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.crew import Crew
+from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.workload import acts_sent
 from teleop_sim.reports.visits import StateRow, state_rows
 from teleop_sim.robot.body import Body
@@ -161,8 +162,11 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     clock: Clock = time.perf_counter,
     memo: Fresh | None = None,
+    eyes: FreshEyes | None = None,
 ) -> Simulated:
     """Run a scenario once and hand all its records to ``emit``; see ``run_scenario``.
+
+    ``eyes``: what the crew's eyes have made of earlier runs' pictures and clouds, as ``memo`` is of physics.
 
     Raises:
         BadInput: nothing could ever get across the link that these draw.
@@ -171,7 +175,7 @@ def simulate(
     # The log's scenario repeats the run, whoever chose the seed.
     scenario = scenario.model_copy(update={"seed": seed})
     watch = _Watch(scenario, emit, progress)
-    bench = _Bench(scenario, seed, replicate, watch, clock, memo)
+    bench = _Bench(scenario, seed, replicate, watch, clock, memo, eyes)
     watch.look = bench.progress
     ended = bench.run()
     return Simulated(ended, watch.seen, bench.plant.stepping_s)
@@ -221,6 +225,7 @@ class _Bench:
         watch: _Watch,
         clock: Clock,
         memo: Fresh | None = None,
+        eyes: FreshEyes | None = None,
     ) -> None:
         self._scenario, self._watch, self._physics = scenario, watch, Fresh() if memo is None else memo
         self.env = simpy.Environment()
@@ -250,7 +255,7 @@ class _Bench:
         )
         self.robot = robot
         timing, thing = operator_timing(scenario.operator), site.thing
-        tools = crew_tools(scenario.robot, self._task.template, thing, plan.round_trip_s, timing)
+        tools = crew_tools(scenario.robot, self._task.template, thing, plan.round_trip_s, timing, eyes)
         in_reach = thing is not None and thing.ahead_m == 0.0
         self.station = Crew(
             self.env,
@@ -267,6 +272,7 @@ class _Bench:
             tools.templates,
             hands=tools.hands,
             criterion=operator_criterion(scenario.operator),
+            eyes=eyes,
         )
 
     def _robot(self, seed: int, replicate: int, body: Body, site: Site, clock: Clock) -> RobotOnSite:

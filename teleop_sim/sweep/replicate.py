@@ -20,6 +20,7 @@ from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record
 from teleop_sim.core.streams import stream
 from teleop_sim.log.writer import LogWriter
+from teleop_sim.operators.memo import EyeMemo, FreshEyes
 from teleop_sim.reports.figures import refused_figures, run_figures
 from teleop_sim.robot.memo import Fresh, Memo
 from teleop_sim.run import simulate
@@ -70,7 +71,7 @@ class JobDone:
 def run_job(job: Job, clock: Callable[[], float] = time.thread_time) -> JobDone:
     """Carry out a job: run what is missing, and journal each run when its log is in place."""
     folder = SweepFolder(job.folder)
-    memo = Memo() if job.memo else Fresh()
+    memo, eyes = (Memo(), EyeMemo()) if job.memo else (Fresh(), FreshEyes())
     runs = computed = 0
     spent_s = {True: 0.0, False: 0.0}
     with folder.journalling(job.replicate) as journal:
@@ -81,7 +82,7 @@ def run_job(job: Job, clock: Callable[[], float] = time.thread_time) -> JobDone:
             if job.parent and os.getppid() != job.parent:
                 raise Orphaned(job.replicate)
             before, started_s = _made(memo), clock()
-            append(journal, run_cell(job.plan, folder, cell, job.replicate, memo))
+            append(journal, run_cell(job.plan, folder, cell, job.replicate, memo, eyes))
             fresh = not job.memo or _made(memo) > before
             spent_s[fresh] += clock() - started_s
             computed += fresh
@@ -95,7 +96,9 @@ class Orphaned(RuntimeError):
     """The process that gave the work is gone; whoever resumes will give it again."""
 
 
-def run_cell(plan: Plan, folder: SweepFolder, cell: int, replicate: int, memo: Fresh) -> Row:
+def run_cell(
+    plan: Plan, folder: SweepFolder, cell: int, replicate: int, memo: Fresh, eyes: FreshEyes | None = None
+) -> Row:
     """One run: its log in place, its row for the index."""
     head: Row = {"cell": cell, "replicate": replicate}
     head |= {factor.name: value for factor, value in zip(plan.factors, plan.cells[cell], strict=True)}
@@ -107,7 +110,7 @@ def run_cell(plan: Plan, folder: SweepFolder, cell: int, replicate: int, memo: F
         return head | _plain(refused_figures(str(error).split("\n", maxsplit=1)[0])) | tail
     path = folder.log(cell, replicate)
     with _log(plan, path) as emit:
-        records = simulate(scenario, plan.seed, replicate, emit, memo=memo).records
+        records = simulate(scenario, plan.seed, replicate, emit, memo=memo, eyes=eyes).records
     if plan.detail != "summary":
         data = path.read_bytes()
         tail |= {"log": path.relative_to(folder.path).as_posix(), "log_bytes": len(data), "log_digest": _digest(data)}

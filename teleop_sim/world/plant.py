@@ -225,9 +225,13 @@ class Plant:
         return reading
 
     def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Names of the geoms now touching, each pair (robot's, world's) once."""
+        """Names of the geoms now touching, each pair (robot's, world's or its own) once.
+
+        What touches in the world by itself, as a bolt its strike, is left out.
+        """
         names, own = self._geoms, self._own_geom
-        touching = ((b, a) if own[b] else (a, b) for a, b in self.data.contact.geom.tolist())
+        pairs = ((a, b) for a, b in self.data.contact.geom.tolist() if own[a] or own[b])
+        touching = ((b, a) if own[b] else (a, b) for a, b in pairs)
         # A dict keeps the order in which they were found.
         return tuple({(names[a], names[b]): None for a, b in touching})
 
