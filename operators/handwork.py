@@ -12,7 +12,7 @@ from teleop_sim.core.records import Layer
 from teleop_sim.operators.acts import Process, Purpose
 from teleop_sim.operators.clouds import ask_s
 from teleop_sim.operators.deeds import Awaited, Deed, Deeds
-from teleop_sim.operators.desk import wanted
+from teleop_sim.operators.desk import Wanting, wanted
 from teleop_sim.operators.worker import Worker
 
 Asking = Generator[simpy.Event, object, bool]
@@ -110,8 +110,10 @@ class Handworker(Worker):
         bits = sum(8 * len(encode_message(message)[1]) for message in messages)
         return self._desk.briefing.round_trip_s + bits / self._desk.briefing.uplink_bps
 
-    def _note_laid(self, start_s: float, messages: tuple[Message, ...]) -> None:
-        """What a giver has laid."""
+    def _note_laid(self, start_s: float, request: Request, messages: tuple[Message, ...]) -> None:
+        """What a giver has laid, or tried to."""
+        if not messages and isinstance(self._desk.giver(request), Wanting):
+            self._emit(Layer(float(self._env.now), start_s, "alignment", "nothing fits"))
         if any(isinstance(message, TemplateInsert | TemplateMove) for message in messages):
             self.belief.work.note_laid(len(self.belief.visited))
             self._emit(Layer(float(self._env.now), start_s, "alignment", "lay the template"))

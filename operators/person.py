@@ -86,7 +86,7 @@ class Person(Inbox):
             self.belief.note_refusal(request)
         if not (messages and self._passed_on(request, messages)):
             yield from self._send_all(request, messages, rng)
-            self._note_laid(float(start_s), messages)
+            self._note_laid(float(start_s), request, messages)
         self._serving = 0
         if not messages and self._wanting(request):
             self._requests.append(request)

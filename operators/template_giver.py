@@ -31,6 +31,9 @@ STRAY_M = 0.25
 """A laying farther from where the thing is expected is of something else (assumed: twice what a first laying is off;
 who sees the handle in the picture does not miss it by more)."""
 
+STARTS = 3
+"""So often somebody starts from there before another cloud is wanted (assumed)."""
+
 LEAST_SHARE = 0.3
 """Of the points near a template that must lie on it for a person to think that it fits (assumed: a third)."""
 
@@ -94,7 +97,9 @@ class TemplateGiver:
             return None
         near = None if lying is None else lying.pose
         self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
-        if self.laid is not None and self._strays(self.laid.pose):
+        for _ in range(STARTS):
+            if self.laid is None or not self._strays(self.laid.pose):
+                break
             # Map and picture show that the thing is elsewhere: the template is put there by hand first.
             start = self._where_expected(rng)
             self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, start)

@@ -10,6 +10,7 @@ from teleop_sim.channel.template_ends import FieldTemplates, StationTemplates
 from teleop_sim.machines.library import MACHINES
 from teleop_sim.machines.mirror import Mirror
 from teleop_sim.operators.belief import Belief
+from teleop_sim.operators.clouds import Region
 from teleop_sim.operators.desk import Giver
 from teleop_sim.operators.template_giver import TemplateGiver
 from teleop_sim.operators.timing import load_timing
@@ -81,3 +82,20 @@ def test_only_the_cloud_counts(belief):
         found.append(Pose(inserted.position_m, inserted.rotation_rad))
     assert gap(found[0], TRUTH)[0] < 0.02
     assert gap(found[1], shifted)[0] < 0.02
+
+
+def test_who_knows_where_the_thing_is_does_not_lay_its_template_elsewhere():
+    door, rng = library().named("door"), np.random.default_rng(0)
+    truth = Pose((1.5, 0.1, 1.0), (0.0, 0.0, 0.1))
+    seen = cloud(door, truth, rng)
+    elsewhere = Region((1.5, 0.9, 1.0))
+    for region, fits in ((Region(truth.position_m), True), (elsewhere, False)):
+        giver = TemplateGiver(StationTemplates(20.0), door, EYE_M, region=region)
+        belief = Belief(Mirror(MACHINES["vigir-door-atlas"](), 2))
+        assert giver.wants(belief) == region.ask()
+        belief.take(seen, 30.0)
+        assert giver.wants(belief) is None
+        assert bool(giver.give(belief, ASKED, np.random.default_rng(4))) is fits
+        # What did not do is wanted finer.
+        assert giver.wants(belief) == (None if fits else region.ask(tries=1))
+    assert elsewhere.ask(tries=1).voxel_mm < elsewhere.ask().voxel_mm

@@ -365,7 +365,7 @@ def noise_like(payload: bytes, rng: np.random.Generator) -> bytes:
             made = HandPose(side, (x, y, z), (0.0, 0.0, 0.0))
         case VoxelCloud() as cloud:
             # What a template could be laid on, somewhere.
-            shift = tuple(int(v) for v in rng.integers(-20, 20, 3))
+            shift = tuple(int(v) for v in rng.integers(-3, 4, 3))
             made = replace(cloud, origin=tuple(a + b for a, b in zip(cloud.origin, shift, strict=True)))
         case _:
             return payload
