@@ -66,6 +66,12 @@ def _complete_pacing(incomplete: str) -> list[str]:
     return [name for name in PACINGS if name.startswith(incomplete)]
 
 
+def _complete_layer(incomplete: str) -> list[str]:
+    from teleop_sim.scenarios.names import LAYERS
+
+    return [name for name in LAYERS if name.startswith(incomplete)]
+
+
 def _complete_policy(incomplete: str) -> list[str]:
     from teleop_sim.scenarios.names import POLICIES
 
@@ -130,6 +136,14 @@ def run(
         str | None,
         typer.Option(help="off, low, high or full.", metavar="LEVEL", autocompletion=_complete_autonomy),
     ] = None,
+    layer: Annotated[
+        str | None,
+        typer.Option(
+            help="Who works at the door or valve: behaviour or template (people only).",
+            metavar="NAME",
+            autocompletion=_complete_layer,
+        ),
+    ] = None,
     pacing: Annotated[
         str | None,
         typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=_complete_pacing),
@@ -137,7 +151,7 @@ def run(
     policy: Annotated[
         str | None,
         typer.Option(
-            help="What the crew has agreed on: supervise, step_down, adaptive or verify.",
+            help="What the crew has agreed on: supervise, step_down, adaptive, verify or collaborate.",
             metavar="NAME",
             autocompletion=_complete_policy,
         ),
@@ -176,6 +190,7 @@ def run(
         "--latency": latency,
         "--robot": robot,
         "--autonomy": autonomy,
+        "--layer": layer,
         "--pacing": pacing,
         "--policy": policy,
         "--team": team,

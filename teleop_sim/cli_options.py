@@ -62,6 +62,7 @@ OPTIONS = (
     _Option("--header", ("link.up.header_bytes", "link.down.header_bytes"), _whole),
     _Option("--robot", ("robot",), _text),
     _Option("--autonomy", ("autonomy",), _text),
+    _Option("--layer", ("layer",), _text),
     _Option("--pacing", ("pacing",), _text),
     _Option("--policy", ("operator.policy",), _text),
     _Option("--team", ("operator.team",), _whole),

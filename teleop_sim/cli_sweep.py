@@ -32,9 +32,10 @@ _Latency = Annotated[_Text, _option("One-way delays: 0s,2s,10s or 0s:10s:6.", "T
 _Loss = Annotated[_Text, _option("Probabilities that a packet is lost, both ways.", "SHARES")]
 _Delivery = Annotated[_Text, _option("How messages get across: best_effort,tcp, ...", "NAMES")]
 _Autonomy = Annotated[_Text, _option("Of off,low,high,full.", "LEVELS")]
+_Layer = Annotated[_Text, _option("Of behaviour,template: who works at the door or valve.", "NAMES")]
 _Robot = Annotated[_Text, _option("Of valkyrie,atlas,thormang3.", "NAMES")]
 _Pacing = Annotated[_Text, _option("Of wpi,eager.", "NAMES")]
-_Policy = Annotated[_Text, _option("Of supervise,step_down,adaptive,verify.", "NAMES")]
+_Policy = Annotated[_Text, _option("Of supervise,step_down,adaptive,verify,collaborate.", "NAMES")]
 _Team = Annotated[_Text, _option("People at the control station, of 1,2,3,4.", "NUMBERS")]
 _Expertise = Annotated[_Text, _option("Factors on their times: 0.7,1 or 0.5:2:4.", "FACTORS")]
 _Set = Annotated[list[str] | None, typer.Option("--set", help="Any key of a scenario.", metavar="KEY=VALUES")]
@@ -65,6 +66,7 @@ def sweep(
     loss: _Loss = None,
     delivery: _Delivery = None,
     autonomy: _Autonomy = None,
+    layer: _Layer = None,
     robot: _Robot = None,
     pacing: _Pacing = None,
     policy: _Policy = None,

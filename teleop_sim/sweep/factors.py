@@ -92,6 +92,7 @@ AXES: Final[Mapping[str, Axis]] = {
     "--loss": Axis("loss", ("link.up.loss.p", "link.down.loss.p"), _share),
     "--delivery": Axis("delivery", ("link.delivery",), _word),
     "--autonomy": Axis("autonomy", ("autonomy",), _word),
+    "--layer": Axis("layer", ("layer",), _word),
     "--robot": Axis("robot", ("robot",), _word),
     "--pacing": Axis("pacing", ("pacing",), _word),
     "--policy": Axis("policy", ("operator.policy",), _word),
