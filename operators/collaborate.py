@@ -12,19 +12,40 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from teleop_sim.channel.messages import Confirm, Force, HandBack, Message, Reject, Request, ResetWorld, TakeOver
+from teleop_sim.channel.messages import (
+    Confirm,
+    Force,
+    HandBack,
+    Message,
+    Reject,
+    Request,
+    ResetWorld,
+    SetLevel,
+    TakeOver,
+)
 from teleop_sim.machines.declare import Edge
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.guide import Guide, load_guide
 from teleop_sim.operators.step_down import StepDown
 
+LATELY = 6
+"""States back, at most, from what carries a plan out to what made it: goal, plan, look, container, walk (counted)."""
+
 
 @dataclass(frozen=True)
 class Collaborate(StepDown):
-    """As above. ``guide``: the table."""
+    """As above.
+
+    Attributes:
+        guide: the table.
+        level_there: level that the supervisor sets once the robot has come to the thing; None: the level stays. On day
+            two of the Finals ViGIR's went to High there (Romay et al., section 6.1.4).
+
+    """
 
     guide: Guide = field(default_factory=load_guide)
+    level_there: int | None = None
 
     def answer(self, belief: Belief, request: Request) -> tuple[Message, ...]:
         """What the table says; of a failure another try, then ``TakeOver``; else as ``Supervise``."""
@@ -41,8 +62,10 @@ class Collaborate(StepDown):
         return super(StepDown, self).answer(belief, request)
 
     def advise(self, belief: Belief, now_s: float, briefing: Briefing, /) -> tuple[Message, ...]:
-        """``ResetWorld`` when steps repeatedly find no way."""
+        """``SetLevel`` once the robot has come to the thing; ``ResetWorld`` when steps repeatedly find no way."""
         del now_s, briefing
+        if self.level_there is not None and belief.work.walks and SetLevel.topic not in belief.sent:
+            return (SetLevel(self.level_there),)
         # Who acts by hand sees to it himself.
         by_hand = any(asked.kind == "act" for asked in belief.mirror.asked)
         return (ResetWorld(),) if belief.work.doubts_world and not by_hand else ()
@@ -70,7 +93,7 @@ class Collaborate(StepDown):
         """Of a state that was just done by hand: its success; else a new try; else by hand; else let it fail."""
         state, machine = edge.state, belief.machine
         done = next((e.event for e in machine.outcomes_of(state) if e.kind == "done"), "")
-        if done and belief.visited[-2:-1] == (belief.work.last_by_hand,) and _executes(belief, state):
+        if done and belief.work.last_by_hand in belief.visited[-LATELY:-1] and _executes(belief, state):
             return (Force(machine.edge_index(state, done), belief.mirror.seen),)
         fails = belief.failed.get(state, 0) + belief.refused.get(request.edge, 0) + 1
         able = bool(self.guide.goals(machine, state)) and not belief.in_lieu.get(state, 0)

@@ -7,13 +7,14 @@ A new task is its own files and one line in ``TASKS``, beside its line in ``name
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from teleop_sim.machines.declare import Machine
 from teleop_sim.machines.drc import door_machine, valve_machine
 from teleop_sim.machines.operator_only import operator_only
 from teleop_sim.machines.src_dish import src_dish
+from teleop_sim.operators.collaborate import Collaborate
 from teleop_sim.operators.human import Human
 from teleop_sim.operators.policies import Policy
 from teleop_sim.operators.registry import POLICIES
@@ -146,7 +147,10 @@ def operator_timing(operator: Operator) -> OperatorTiming:
 
 def operator_policy(operator: Operator) -> Policy:
     """How the scenario's operator decides."""
-    return POLICIES[operator.policy]()
+    policy = POLICIES[operator.policy]()
+    if isinstance(policy, Collaborate) and operator.level_there is not None:
+        return replace(policy, level_there=AUTONOMY[operator.level_there])
+    return policy
 
 
 def operator_human(operator: Operator) -> Human:

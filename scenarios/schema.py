@@ -55,6 +55,7 @@ class Operator(Part):
     team: int | None = Field(
         default=None, ge=1, le=4, description="How many people share the roles, 1 to 4; left out: one."
     )
+    level_there: Annotated[str | None, *named("Level that policy collaborate sets at the thing", names.AUTONOMY)] = None
     slip_rate: float | None = Field(
         default=None,
         ge=0.0,
