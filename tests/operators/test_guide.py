@@ -150,3 +150,18 @@ def test_a_plan_that_was_carried_out_by_hand_is_not_carried_out_again():
     came(belief, DOOR, planned, "planned")
     belief.work.last_by_hand = planned
     assert Collaborate().answer(belief, request) == (Force(DOOR.edge_index(moved, "done"), belief.mirror.seen),)
+
+
+def test_a_walk_that_was_made_by_hand_is_not_made_again():
+    """Between a plan of footsteps and the walk lie other states, which have nothing to do then."""
+    pipeline = "Walk_to_Template/Planning_Pipeline"
+    belief, request = at(DOOR, "Walk_to_Template/Walk_To_Waypoint", "failed")
+    assert load_guide().goals(DOOR, f"{pipeline}/Plan_To_Waypoint") == ("stand",)
+    belief.work.last_by_hand = f"{pipeline}/Plan_To_Waypoint"
+    for path, event in (
+        (f"{pipeline}/Plan_To_Waypoint", "planned"),
+        (f"{pipeline}/Modify_Plan", "received"),
+        (pipeline, "finished"),
+    ):
+        came(belief, DOOR, path, event)
+    assert chosen(DOOR, belief, request) == "finished"
