@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import wrap
+from typing import Any
 
 from teleop_sim.core.records import Record, RunEnded, RunStarted
 from teleop_sim.core.units import format_time
@@ -28,16 +29,52 @@ def title(records: Sequence[Record]) -> str:
 
 def settings(records: Sequence[Record]) -> str:
     """What the run was made with, as far as the log says: level, pacing and link."""
+    chosen = _chosen(records)
+    try:
+        parts = [f"{key} {chosen[key]}" for key in ("autonomy", "pacing") if key in chosen]
+        return " · ".join([*parts, *_link(chosen.get("link", {}))])
+    except (AttributeError, KeyError, TypeError):
+        return ""
+
+
+def crew(records: Sequence[Record]) -> str:
+    """Who did it: the robot, the layer and level, the crew, the link; as far as the log says."""
+    chosen = _chosen(records)
+    try:
+        parts = [str(chosen["robot"])] if "robot" in chosen else []
+        by_people = chosen.get("layer") == "template"
+        parts.append("people only" if by_people else f"behaviour at level {chosen.get('autonomy', '?')}")
+        people = chosen.get("operator", {})
+        parts.append(f"{people['team']} at the station" if "team" in people else "one at the station")
+        parts += [str(people["policy"])] if "policy" in people else []
+        return " · ".join([*parts, *_link(chosen.get("link", {}))]) if chosen else ""
+    except (AttributeError, KeyError, TypeError):
+        return ""
+
+
+def task(records: Sequence[Record]) -> str:
+    """Name of the task; empty where the log does not say."""
+    return str(_chosen(records).get("task", ""))
+
+
+def _chosen(records: Sequence[Record]) -> dict[str, Any]:
+    """The scenario's tables."""
     started = next((r for r in records if isinstance(r, RunStarted)), None)
     try:
-        chosen = tomllib.loads(started.scenario_toml) if started else {}
-        parts = [f"{key} {chosen[key]}" for key in ("autonomy", "pacing") if key in chosen]
-        for direction, link in chosen.get("link", {}).items():
-            parts.append(f"{direction}link {_rate(link['rate_bps'])}, {format_time(link['delay_s'])} one way")
-    except (tomllib.TOMLDecodeError, AttributeError, KeyError, TypeError):
-        return ""
-    return " · ".join(parts)
+        return tomllib.loads(started.scenario_toml) if started else {}
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def _link(link: Mapping[str, Any]) -> list[str]:
+    if "preset" in link:
+        return [f"link {link['preset']}"]
+    # Keys of the link as a whole stand beside its directions.
+    ways = {way: link[way] for way in ("up", "down") if way in link}
+    return [f"{way}link {_rate(of['rate_bps'])}, {format_time(of['delay_s'])} one way" for way, of in ways.items()]
 
 
 def _rate(rate_bps: float) -> str:
+    if rate_bps >= 1e6:
+        return f"{rate_bps / 1e6:g} Mbit/s"
     return f"{rate_bps / 1e3:g} kbit/s" if rate_bps >= 1e3 else f"{rate_bps:g} bit/s"

@@ -45,6 +45,9 @@ SKILLS = {
 }
 """Skill to the family that gives it its colour; others are ``other``."""
 
+LEAST_S = 0.1
+"""A state of a machine within a machine that took less has no row (a choice of layout)."""
+
 
 @dataclass(frozen=True)
 class Bar:
@@ -69,10 +72,22 @@ class Packet:
 
 
 def state_bars(records: Sequence[Record]) -> tuple[list[str], list[Bar]]:
-    """Names of the states in the order of first visits, and one bar an attempt, coloured by mode."""
+    """Names of the states in the order of first visits, and one bar an attempt, coloured by mode.
+
+    Of a machine with machines in it, whose states are many, those that took no time to speak of have no row.
+    """
     run = visits(records)
     names = list(dict.fromkeys(v.state for v in run))
-    return names, [Bar(a.start_s, a.end_s, a.mode, names.index(v.state)) for v in run for a in v.attempts]
+    if any("/" in name for name in names):
+        names = [name for name in names if sum(v.time_s for v in run if v.state == name) >= LEAST_S]
+    rows = {name: row for row, name in enumerate(names)}
+    return names, [Bar(a.start_s, a.end_s, a.mode, rows[v.state]) for v in run if v.state in rows for a in v.attempts]
+
+
+def shown_names(names: Sequence[str]) -> list[str]:
+    """Names of states as the picture has them: of a state in a machine in a machine its own and the next one's."""
+    short = ["/".join(name.split("/")[-2:]).removeprefix("STATE_") for name in names]
+    return [name if short.count(name) == 1 else full for name, full in zip(short, names, strict=True)]
 
 
 def robot_bars(records: Sequence[Record]) -> list[Bar]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from teleop_sim.core.records import PlantSample
 from teleop_sim.log.load import load
+from teleop_sim.reports.drc_show import is_drc
 from teleop_sim.reports.drc_table import run_markdown
 from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
 from teleop_sim.reports.table import csv_text, markdown_text, state_table
@@ -25,7 +26,8 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
         the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
         ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged; ``.verification.csv`` and
         ``.verification.md`` where claims were compared with pictures; ``.layers.png``, ``.layers.svg`` and
-        ``.layers.md`` where the crew worked at layers of control below a behaviour.
+        ``.layers.md`` of a door or valve, and where the crew worked at layers of control below a behaviour; of a door
+        or valve the layers come first.
 
     Raises:
         LogDamaged: there is no log at that path.
@@ -51,13 +53,13 @@ def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> lis
         texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
     if judged := verification(log.records()):
         texts |= {"verification.csv": verification_csv(judged), "verification.md": verification_markdown(judged)}
-    pictures = [png, svg]
     kept = [r for r in log.records() if not isinstance(r, PlantSample)]
-    if has_layers(kept):
-        pictures += [folder / f"{name}.layers.{end}" for end in ("png", "svg")]
-        for picture in pictures[2:]:
-            draw_layers([kept], picture)
+    layers = [folder / f"{name}.layers.{end}" for end in ("png", "svg")] if has_layers(kept) or is_drc(kept) else []
+    for picture in layers:
+        draw_layers([kept], picture)
         texts["layers.md"] = run_markdown(kept)
+    # What shows most of a run comes first.
+    pictures = [*layers, png, svg] if is_drc(kept) else [png, svg, *layers]
     for end, text in texts.items():
         (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
     return [*pictures, *(folder / f"{name}.{end}" for end in texts)]

@@ -43,10 +43,11 @@ __all__ = [
 ]
 
 INTERRUPTED = "(interrupted)"
-NOTE = (
+SHORT_NOTE = (
     "NE, AR, MR: share of runs that needed at worst normal execution, autonomous recovery, manual recovery; "
-    "#AR: retries in all runs. Redetection after a lost grip counts in the row that it interrupted (inferred)."
+    "#AR: retries in all runs."
 )
+NOTE = SHORT_NOTE + " Redetection after a lost grip counts in the row that it interrupted (inferred)."
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,8 @@ def _table_row(name: str, entries: Sequence[_Entry]) -> TableRow:
 
 
 HEADINGS = ("State", "NE %", "AR %", "MR %", "#AR", "time s", "paper NE %", "AR %", "MR %", "#AR", "time s")
+OURS = 6
+"""How many of the headings are not the paper's."""
 
 NARROW = (0, 4, 5, 10)
 NARROW_NOTE = "#AR: retries. A wider terminal and the report's files have all columns."
@@ -219,7 +222,10 @@ def csv_text(rows: Sequence[TableRow]) -> str:
 
 
 def markdown_text(rows: Sequence[TableRow]) -> str:
-    """The table as Markdown."""
-    lines = ["| " + " | ".join(HEADINGS) + " |", "|---|" + "---:|" * (len(HEADINGS) - 1)]
-    lines += ["| " + " | ".join(cells) + " |" for cells in (*map(_cells, rows), _total(rows))]
-    return "\n".join([*lines, "", NOTE, ""])
+    """The table as Markdown; the paper's columns are left out where no state is one of its machine."""
+    known = {name for state, (row, _) in paper_rows().items() for name in (state, row)}
+    theirs = not rows or any(row.name in known for row in rows)
+    shown = len(HEADINGS) if theirs else OURS
+    lines = ["| " + " | ".join(HEADINGS[:shown]) + " |", "|---|" + "---:|" * (shown - 1)]
+    lines += ["| " + " | ".join(cells[:shown]) + " |" for cells in (*map(_cells, rows), _total(rows))]
+    return "\n".join([*lines, "", NOTE if theirs else SHORT_NOTE, ""])

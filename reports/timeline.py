@@ -55,6 +55,8 @@ SENDING, FLYING, QUEUEING, DARK = "#0B3C5D", "#8FC3E8", "#F3E39B", "#C8C8C8"
 
 WIDTH_IN, LEFT_IN, RIGHT_IN, TOP_IN, GAP_IN = 14.0, 2.5, 0.3, 0.72, 0.07
 AXIS_IN, LEGEND_ROW_IN, STATE_IN, LANE_IN = 0.55, 0.23, 0.19, 0.3
+LETTER_IN = 0.06
+"""Of a state's name: 7 points of DejaVu Sans, whose letters are some 0.055 inch wide, and room for wide ones."""
 
 
 @dataclass(frozen=True)
@@ -99,10 +101,11 @@ def _figure(records: Sequence[Record]) -> Figure:
     heights_in = sum(lane.height_in + GAP_IN for lane in rows)
     height_in = TOP_IN + heights_in + AXIS_IN + LEGEND_ROW_IN * len(legends)
     figure = Figure(figsize=(WIDTH_IN, height_in))
+    left_in = max(LEFT_IN, max(map(len, lanes.shown_names(lanes.state_bars(records)[0])), default=0) * LETTER_IN)
     end_s = max(duration_s(records), 1e-3)
     top_in = height_in - TOP_IN
     for lane in rows:
-        box = (LEFT_IN, top_in - lane.height_in, WIDTH_IN - LEFT_IN - RIGHT_IN, lane.height_in)
+        box = (left_in, top_in - lane.height_in, WIDTH_IN - left_in - RIGHT_IN, lane.height_in)
         ax = figure.add_axes(
             (box[0] / WIDTH_IN, box[1] / height_in, box[2] / WIDTH_IN, box[3] / height_in), label=lane.name
         )
@@ -111,9 +114,9 @@ def _figure(records: Sequence[Record]) -> Figure:
         lane.draw(ax)
         top_in = box[1] - GAP_IN
     for i, lane in enumerate(legends):
-        _legend(figure, lane, (len(legends) - i - 0.5) * LEGEND_ROW_IN / height_in)
+        _legend(figure, lane, left_in, (len(legends) - i - 0.5) * LEGEND_ROW_IN / height_in)
     head = title(records)
-    at = LEFT_IN / WIDTH_IN
+    at = left_in / WIDTH_IN
     figure.text(at, 1.0 - 0.12 / height_in, head, va="top", fontsize=10.0, parse_math=False)
     below_in = 0.12 + 0.18 * (head.count("\n") + 1)
     words = settings(records)
@@ -156,10 +159,11 @@ def _lanes(records: Sequence[Record]) -> list[Lane]:
 
 
 def _score_words(records: Sequence[Record]) -> dict[str, str]:
-    passed = {r.checkpoint: r.text for r in records if isinstance(r, Scored) and r.text.startswith("checkpoint ")}
-    words = {f"{n} {text.partition(': ')[2]}": GREEN for n, text in sorted(passed.items())}
-    axes = any(isinstance(r, Scored) and not r.text.startswith("checkpoint ") for r in records)
-    return {**words, **({AXIS_WORDS: "#888888"} if axes else {})}
+    found = [r for r in records if isinstance(r, Scored)]
+    news = [new for _, _, new in lanes.scores(records)]
+    passed = {r.checkpoint: r.text for r, new in zip(found, news, strict=True) if new}
+    words = {f"{n} {text.partition(': ')[2] or text}": GREEN for n, text in sorted(passed.items())}
+    return {**words, **({AXIS_WORDS: "#888888"} if not all(news) else {})}
 
 
 def _link_lane(name: str, records: Sequence[Record], legend: Mapping[str, str]) -> Lane:
@@ -204,7 +208,7 @@ def _draw_states(ax: Axes, names: Sequence[str], bars: Sequence[lanes.Bar]) -> N
         ax.axhspan(row, row + 1, color="#F6F6F6", zorder=0.1)
     _draw_bars(ax, bars, MODES, rows)
     ax.set_yticks([row + 0.5 for row in range(len(names))])
-    ax.set_yticklabels([name.removeprefix("STATE_") for name in names], fontsize=7.0, parse_math=False)
+    ax.set_yticklabels(lanes.shown_names(names), fontsize=7.0, parse_math=False)
     ax.tick_params(axis="y", length=0)
     # Between the attempts of one visit, where there is room for a gap.
     least_s = 0.004 * (ax.get_xlim()[1])
@@ -220,26 +224,22 @@ def _draw_scores(ax: Axes, records: Sequence[Record]) -> None:
     ax.plot(seen, [0.5] * len(seen), "|", color="#888888", markersize=6)
     end_s = ax.get_xlim()[1]
     least_s = 0.022 * end_s
-    at_s: list[float] = []
-    for t_s, checkpoint, passed in marks:
-        if not passed:
-            continue
+    passed = [(t_s, checkpoint) for t_s, checkpoint, new in marks if new]
+    for i, (t_s, checkpoint) in enumerate(passed):
         ax.plot([t_s], [0.5], "*", color=GREEN, markersize=9, clip_on=False)
         # Numbers step aside for one another: right of the star, left of it when the right is taken or cut off.
-        left = t_s > end_s - least_s
-        crowded = bool(at_s) and t_s - at_s[-1] < least_s
-        if not crowded or left:
+        right = t_s <= end_s - least_s and (i + 1 == len(passed) or passed[i + 1][0] - t_s >= least_s)
+        if right or i == 0 or t_s - passed[i - 1][0] >= least_s:
             ax.annotate(
                 str(checkpoint),
                 (t_s, 0.5),
-                xytext=(-6 if left else 6, 0),
+                xytext=(6 if right else -6, 0),
                 textcoords="offset points",
-                ha="right" if left else "left",
+                ha="left" if right else "right",
                 va="center",
                 fontsize=7.5,
                 weight="bold",
             )
-        at_s.append(t_s)
 
 
 def _checkpoint_lines(ax: Axes, records: Sequence[Record]) -> None:
@@ -273,12 +273,12 @@ def _draw_packets(
         ax.text((start_s + stop_s) / 2, -head / 2, text, ha="center", va="center", fontsize=7.0, zorder=4.0)
 
 
-def _legend(figure: Figure, lane: Lane, y: float) -> None:
+def _legend(figure: Figure, lane: Lane, left_in: float, y: float) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     name = "link" if lane.name == "downlink" else lane.name
-    figure.text((LEFT_IN - 0.1) / WIDTH_IN, y, name, ha="right", va="center", color="#555555")
+    figure.text((left_in - 0.1) / WIDTH_IN, y, name, ha="right", va="center", color="#555555")
     handles: list[Artist] = [
         Line2D([], [], color=colour, marker=MARKERS.get(words, "*"), linestyle="", mew=1.3, label=words)
         if words in MARKERS or lane.name == "checkpoints"
@@ -289,7 +289,7 @@ def _legend(figure: Figure, lane: Lane, y: float) -> None:
         handles=handles,
         ncols=len(handles),
         loc="center left",
-        bbox_to_anchor=(LEFT_IN / WIDTH_IN, y),
+        bbox_to_anchor=(left_in / WIDTH_IN, y),
         frameon=False,
         borderpad=0.0,
         borderaxespad=0.0,

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from teleop_sim.cli_channel import channel_app
-from teleop_sim.cli_complete import complete_delivery, complete_preset
+from teleop_sim.cli_complete import (
+    complete_autonomy,
+    complete_delivery,
+    complete_layer,
+    complete_pacing,
+    complete_policy,
+    complete_preset,
+    complete_robot,
+)
 from teleop_sim.cli_errors import BAD_INPUT, DONE, FAILED, INTERRUPTED, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.cli_machines import machines_app
@@ -46,36 +54,6 @@ def _complete_scenario(incomplete: str) -> list[str]:
     from teleop_sim.scenarios.library import list_scenarios
 
     return [name for name in list_scenarios() if name.startswith(incomplete)]
-
-
-def _complete_autonomy(incomplete: str) -> list[str]:
-    from teleop_sim.scenarios.names import AUTONOMY
-
-    return [name for name in AUTONOMY if name.startswith(incomplete)]
-
-
-def _complete_robot(incomplete: str) -> list[str]:
-    from teleop_sim.scenarios.names import ROBOTS
-
-    return [name for name in ROBOTS if name.startswith(incomplete)]
-
-
-def _complete_pacing(incomplete: str) -> list[str]:
-    from teleop_sim.scenarios.names import PACINGS
-
-    return [name for name in PACINGS if name.startswith(incomplete)]
-
-
-def _complete_layer(incomplete: str) -> list[str]:
-    from teleop_sim.scenarios.names import LAYERS
-
-    return [name for name in LAYERS if name.startswith(incomplete)]
-
-
-def _complete_policy(incomplete: str) -> list[str]:
-    from teleop_sim.scenarios.names import POLICIES
-
-    return [name for name in POLICIES if name.startswith(incomplete)]
 
 
 def _version(wanted: bool) -> None:
@@ -130,30 +108,30 @@ def run(
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(help="atlas, thormang3 or valkyrie.", metavar="NAME", autocompletion=_complete_robot),
+        typer.Option(help="atlas, thormang3 or valkyrie.", metavar="NAME", autocompletion=complete_robot),
     ] = None,
     autonomy: Annotated[
         str | None,
-        typer.Option(help="off, low, high or full.", metavar="LEVEL", autocompletion=_complete_autonomy),
+        typer.Option(help="off, low, high or full.", metavar="LEVEL", autocompletion=complete_autonomy),
     ] = None,
     layer: Annotated[
         str | None,
         typer.Option(
             help="Who works at the door or valve: behaviour or template (people only).",
             metavar="NAME",
-            autocompletion=_complete_layer,
+            autocompletion=complete_layer,
         ),
     ] = None,
     pacing: Annotated[
         str | None,
-        typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=_complete_pacing),
+        typer.Option(help="wpi (with its fixed waits) or eager.", metavar="NAME", autocompletion=complete_pacing),
     ] = None,
     policy: Annotated[
         str | None,
         typer.Option(
             help="What the crew has agreed on: supervise, step_down, adaptive, verify or collaborate.",
             metavar="NAME",
-            autocompletion=_complete_policy,
+            autocompletion=complete_policy,
         ),
     ] = None,
     team: Annotated[str | None, typer.Option(help="People at the control station, 1 to 4.", metavar="N")] = None,

@@ -15,3 +15,34 @@ def complete_delivery(incomplete: str) -> list[str]:
     from teleop_sim.channel.delivery import DELIVERIES
 
     return [name for name in DELIVERIES if name.startswith(incomplete)]
+
+
+def complete_autonomy(incomplete: str) -> list[str]:
+    """Levels of autonomy."""
+    return _names("AUTONOMY", incomplete)
+
+
+def complete_layer(incomplete: str) -> list[str]:
+    """Who works at the door or valve."""
+    return _names("LAYERS", incomplete)
+
+
+def complete_pacing(incomplete: str) -> list[str]:
+    """Pacings by name."""
+    return _names("PACINGS", incomplete)
+
+
+def complete_policy(incomplete: str) -> list[str]:
+    """What a crew has agreed on, by name."""
+    return _names("POLICIES", incomplete)
+
+
+def complete_robot(incomplete: str) -> list[str]:
+    """Robots by name."""
+    return _names("ROBOTS", incomplete)
+
+
+def _names(table: str, incomplete: str) -> list[str]:
+    from teleop_sim.scenarios import names
+
+    return [name for name in getattr(names, table) if name.startswith(incomplete)]

@@ -52,7 +52,9 @@ class PlainLines:
 def plain_line(now: Progress) -> str:
     """Clock, state, mode, use of the link, note."""
     use = f"up {_percent(now.up_use)} down {_percent(now.down_use)}"
-    return f"{now.t_s:9.1f} s  {now.state:28} {now.mode:8} {use}  {now.note}".rstrip()
+    # Of a state in a machine in a machine its own name: the line stays one.
+    state = now.state.rpartition("/")[2]
+    return f"{now.t_s:9.1f} s  {state:28} {now.mode:8} {use}  {now.note}".rstrip()
 
 
 @contextmanager

@@ -39,8 +39,20 @@ class Paper(Console):
 
 
 def result_json(result: RunResult) -> str:
-    """One JSON object; what is not known (the completion time of a failure) is null."""
-    return json.dumps({name: _plain(value) for name, value in asdict(result).items()}, allow_nan=False)
+    """One JSON object; what is not known (the completion time of a failure) is null.
+
+    A door or valve has ``times`` (columns of the ViGIR paper's Table 2) and ``crew`` (what it did, counted), too.
+    """
+    told = asdict(result) | (_told_of_drc(result.log) if result.log.exists() else {})
+    return json.dumps({name: _plain(value) for name, value in told.items()}, allow_nan=False)
+
+
+def _told_of_drc(path: Path) -> dict[str, Any]:
+    from teleop_sim.log.load import load
+    from teleop_sim.reports.drc_show import is_drc, times_json
+
+    log = load(path)
+    return dict(times_json(list(log.records()))) if is_drc(list(log.records("run/started"))) else {}
 
 
 def _plain(value: Any) -> Any:
@@ -54,7 +66,7 @@ def _plain(value: Any) -> Any:
 
 
 def print_summary(result: RunResult) -> None:
-    """Outcome, table of states beside the paper's, where the time went, and what to type next."""
+    """Outcome, a table beside the paper's, where the time went, and what to type next."""
     from teleop_sim.log.load import load
 
     paper = Paper()
@@ -105,7 +117,28 @@ def print_report(log: Path, out: Path | None) -> None:
 
 
 def _print_tables(paper: Console, records: list[Record]) -> None:
-    from teleop_sim.reports.table import rich_shares, rich_table, state_table, where_time_went
+    """What papers tell of such a run, and where its time went."""
+    from teleop_sim.reports.drc_show import crew_lines, is_drc
+    from teleop_sim.reports.table import rich_shares, where_time_went
+
+    if is_drc(records):
+        _print_times(paper, records)
+    else:
+        _print_states(paper, records)
+    paper.print(rich_shares(where_time_went(records)))
+    for line in crew_lines(records) if is_drc(records) else ():
+        paper.print(line, soft_wrap=True)
+
+
+def _print_times(paper: Console, records: list[Record]) -> None:
+    from teleop_sim.reports.drc_show import rich_times
+
+    times = rich_times(records)
+    paper.print(times if _fits(paper, times) else _plain_ruled(rich_times(records, narrow=True)))
+
+
+def _print_states(paper: Console, records: list[Record]) -> None:
+    from teleop_sim.reports.table import rich_table, state_table
 
     rows = state_table([records])
     states = rich_table(rows)
@@ -114,7 +147,6 @@ def _print_tables(paper: Console, records: list[Record]) -> None:
     if not _fits(paper, states):
         states = _plain_ruled(rich_table(rows, narrow=True))
     paper.print(states)
-    paper.print(rich_shares(where_time_went(records)))
 
 
 def _print_ledger(paper: Console, records: list[Record]) -> None:

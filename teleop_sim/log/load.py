@@ -143,6 +143,16 @@ class Log:
         return self._frame("operator/act")
 
     @cached_property
+    def layers(self) -> pd.DataFrame:
+        """One row a work of the crew at a layer of control below a behaviour; columns of ``Layer``."""
+        return self._frame("operator/layer")
+
+    @cached_property
+    def judgements(self) -> pd.DataFrame:
+        """One row a claim that the crew compared with what had arrived; columns of ``Judged``."""
+        return self._frame("operator/judgement")
+
+    @cached_property
     def episodes(self) -> pd.DataFrame:
         """One row a skill from start to rest; columns of ``EpisodeEnded``."""
         return self._frame("field/episode")

@@ -120,7 +120,7 @@ def test_a_plan_survives_its_manifest():
 def test_every_axis_sets_keys_that_a_scenario_has():
     texts = {"--preset": "drc-trials-2013", "--delivery": "tcp", "--autonomy": "off", "--robot": "valkyrie"}
     texts |= {"--pacing": "eager", "--loss": "0.1", "--latency": "1s"}
-    texts |= {"--policy": "adaptive", "--team": "1,4", "--expertise": "0.7"}
+    texts |= {"--policy": "adaptive", "--team": "1,4", "--expertise": "0.7", "--layer": "behaviour"}
     for option in AXES:
         # TCP brings its own headers.
         bare = ["link.up.header_bytes=0", "link.down.header_bytes=0"] if option == "--delivery" else []
