@@ -32,6 +32,7 @@ class Deed:
         make: at its end, with the time [s]: what comes of it.
         awaits: what has to arrive before the next.
         patience_s: how long it may take beyond round trip and patience [s].
+        meanwhile: what is done while that is awaited.
 
     """
 
@@ -41,6 +42,7 @@ class Deed:
     make: Callable[[float], Made]
     awaits: Awaited = ""
     patience_s: float = 0.0
+    meanwhile: tuple[Deed, ...] = ()
 
 
 Deeds = Generator[Deed, bool, bool]

@@ -59,7 +59,7 @@ class Handworker(Worker):
             yield from self._do(request, deed, rng)
             came = True
             if deed.awaits:
-                came = yield from self._await_deed(request, deed)
+                came = yield from self._await_deed(request, deed, rng)
         deeds.close()
         return False
 
@@ -81,10 +81,13 @@ class Handworker(Worker):
             self._emit(Layer(float(self._env.now), float(start_s), deed.layer, deed.text))
         self._sent = made.messages
 
-    def _await_deed(self, request: Request, deed: Deed) -> Asking:
-        wait_s = self._trip_s(self._sent) + self._timing.patience_s + deed.patience_s
+    def _await_deed(self, request: Request, deed: Deed, rng: np.random.Generator) -> Asking:
+        due_s = self._env.now + self._trip_s(self._sent) + self._timing.patience_s + deed.patience_s
         arrived = self._expected
-        yield from self._until(lambda: arrived() or not self._stands(request), wait_s)
+        for other in deed.meanwhile:
+            if self._stands(request):
+                yield from self._do(request, other, rng)
+        yield from self._until(lambda: arrived() or not self._stands(request), due_s - self._env.now)
         return arrived()
 
     def _until(self, arrived: Callable[[], bool], wait_s: float) -> Process:

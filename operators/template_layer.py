@@ -43,6 +43,8 @@ class TemplateLayer:
         side: hand that works. hand: kind of hand, for the library's grasps.
         guide: which states people check, and do in lieu. criterion: of whoever looks.
         figures: of ``template_layer.toml``.
+        watched: somebody else watches the robot move and says what came of it. Whoever works has the time of a movement
+            for what comes next; one person alone watches, because attention serves one thing at a time.
 
     """
 
@@ -53,6 +55,9 @@ class TemplateLayer:
     guide: Guide = field(default_factory=load_guide)
     criterion: float = CRITERION
     figures: LayerFigures = field(default_factory=load_layer)
+    watched: bool = False
+    _chosen: bool = field(default=False, init=False)
+    _previewed: frozenset[str] = field(default=frozenset(), init=False)
 
     @property
     def thing(self) -> Handling:
@@ -108,7 +113,8 @@ class TemplateLayer:
         if goal == "align":
             return (yield from self._laying.align(belief, rng))
         if goal.startswith("preview"):
-            yield Deed("template", f"ghost of the {goal.split()[1]}", self._pieces["preview"], only())
+            if goal not in self._previewed:
+                yield self._ghost(goal)
             return True
         if self.giver.lying() is None and not (yield from self._laying.align(belief, rng)):
             return False
@@ -132,7 +138,9 @@ class TemplateLayer:
         """Walk to where the thing is in reach, if it is not, and lay the template anew from there."""
         if belief.work.stands_there:
             return True
-        if not (yield from self._order(belief, "stand")):
+        ghosts = tuple(goal for goal in self.thing.goals if goal.startswith("preview")) if self.watched else ()
+        self._previewed |= set(ghosts)
+        if not (yield from self._order(belief, "stand", tuple(map(self._ghost, ghosts)))):
             return False
         belief.work.note_walk(len(belief.visited))
         return (yield from self._laying.align(belief, rng))
@@ -153,30 +161,41 @@ class TemplateLayer:
                 return one in ("open", "close")
         return True
 
-    def _order(self, belief: Belief, goal: str) -> Deeds:
-        """Order a step, wait, judge; of a turn as many goes as bring something."""
+    def _ghost(self, goal: str) -> Deed:
+        return Deed("template", f"ghost of the {goal.split()[1]}", self._pieces["preview"], only())
+
+    def _order(self, belief: Belief, goal: str, meanwhile: tuple[Deed, ...] = ()) -> Deeds:
+        """Order a step, wait, judge; of a turn as many goes as bring something.
+
+        Who is relieved of watching does something else meanwhile, such as choosing what comes next.
+        """
+        if self.watched and not meanwhile:
+            meanwhile = (Deed("template", "choose what comes next", self._pieces["choose"], only()),)
         for _ in range(GOES):
             order, name = self._step(belief, goal)
+            spared_s = self._pieces["choose"] if self._chosen else 0.0
             for _ in range(self.figures.go_ghosts if goal == "turn" and self.thing.adds else 0):
-                yield Deed("template", f"ghost of {name}", self._pieces["preview"], only())
+                yield Deed("template", f"ghost of {name}", self._pieces["preview"] - spared_s, only())
 
             def made(_now_s: float, order: TemplateStep = order, name: str = name) -> Made:
                 belief.work.note_order(order, name)
                 return Made((order,))
 
             text = f"order {name}"
-            came = yield Deed("template", text, self._pieces["order"], made, "step", self.figures.motion_s)
+            order_s = self._pieces["order"] - spared_s
+            came = yield Deed("template", text, order_s, made, "step", self.figures.motion_s, meanwhile)
             yield Deed(
                 "template", f"judge {name}" if came else f"nothing came of {name}", self._pieces["judge"], only()
             )
+            self._chosen = self.watched and came and not self._failed(belief)
             if not came:
                 belief.work.ordered = ()
                 return False
             if self._achieved(belief, goal):
                 return True
             last = belief.work.last
-            lost = last is None or last.done.outcome in LOST
-            if goal != "turn" or lost or abs(last.done.amount if last is not None else 0.0) < self.figures.arc_rad:
+            went = 0.0 if last is None else abs(last.done.amount)
+            if goal != "turn" or self._failed(belief) or went < self.figures.arc_rad:
                 return False
         return False
 
@@ -193,6 +212,10 @@ class TemplateLayer:
             left = max(self.thing.enough[goal] - belief.work.turned(), 0.0)
             amount = min(left + self.figures.arc_rad, self.figures.go_rad)
         return TemplateStep(step, instance, self.side, affordance.id, amount), affordance.name
+
+    def _failed(self, belief: Belief) -> bool:
+        last = belief.work.last
+        return last is None or last.done.outcome in LOST
 
     def _achieved(self, belief: Belief, goal: str) -> bool:
         last = belief.work.last
@@ -221,4 +244,4 @@ class TemplateLayer:
 
     @property
     def _pieces(self) -> dict[str, float]:
-        return layer_elements(self.timing, self.figures)
+        return layer_elements(self.timing, self.figures, self.watched)

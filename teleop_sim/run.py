@@ -254,14 +254,13 @@ class _Bench:
             self.env, robot, machine, level, programs, waits.poll_s, beat, to_station, emit, policy.verifies, work
         )
         self.robot = robot
-        timing, thing = operator_timing(scenario.operator), site.thing
-        tools = crew_tools(scenario.robot, self._task.template, thing, plan.round_trip_s, timing, eyes)
-        in_reach = thing is not None and thing.ahead_m == 0.0
+        tools = crew_tools(scenario, self._task.template, site.thing, plan.round_trip_s, eyes)
+        in_reach = site.thing is not None and site.thing.ahead_m == 0.0
         self.station = Crew(
             self.env,
             Mirror(machine, level),
             sender(self.link.station, plan.up),
-            timing,
+            operator_timing(scenario.operator),
             streams("operator"),
             watch,
             Briefing(plan.round_trip_s, plan.up.settings.rate_bps, beat[1], in_reach),
