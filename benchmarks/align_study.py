@@ -115,7 +115,9 @@ def from_guess(seen: Seen, cloud: VoxelCloud, rng: np.random.Generator) -> Pose:
     """Least squares from a pose 10 cm and 10 degrees off."""
     shift, turn = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
     start = disturbed(seen.template, seen.truth, OFF_M * shift, OFF_RAD * turn)
-    return fit_template(seen.template, prepared(seen.template, cloud.centres_m(), cloud.voxel_m, rng), start).pose
+    return fit_template(
+        seen.template, prepared(seen.template, cloud.centres_m(), cloud.voxel_m, rng, EYE_M), start
+    ).pose
 
 
 def by_person(seen: Seen, cloud: VoxelCloud, rng: np.random.Generator) -> Pose:

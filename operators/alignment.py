@@ -25,13 +25,18 @@ from importlib import resources
 import numpy as np
 
 from teleop_sim.channel.messages import VoxelCloud
-from teleop_sim.operators.fitting import LEAST_POINTS, Fit, Floats, Prepared, fit_roughly, fit_template, prepared
+from teleop_sim.operators.descent import Floats, Prepared
+from teleop_sim.operators.fitting import LEAST_POINTS, Fit, fit_roughly, fit_template, prepared
+from teleop_sim.operators.standoff import handle_of, laid_on_face
 from teleop_sim.operators.timing import OperatorTiming
 from teleop_sim.templates.elements import Template
 from teleop_sim.templates.poses import Pose, Triple, pose_of, rotation
 
 HEADINGS_RAD = (0.0, -0.5, 0.5)
 """About the vertical, from facing whoever looks (assumed: a thing that is worked on is looked at from before)."""
+
+LEAST_BORNE = 0.5
+"""Of a handle's surface that must show in the cloud for a person to think that a template fits (assumed: half)."""
 
 CHOOSE_WORDS = 2
 """Words of an entry of the list of templates."""
@@ -102,7 +107,7 @@ def align(
     points = cloud.centres_m()
     if len(points) < LEAST_POINTS:
         return None
-    seen = prepared(template, points, cloud.voxel_m, background)
+    seen = prepared(template, points, cloud.voxel_m, background, eye_m)
     if not len(seen):
         return None
     start = near
@@ -110,6 +115,9 @@ def align(
         start = first_laying(template, seen, eye_m)
         start = disturbed(template, start, figures.coarse_m * draws[0], figures.coarse_rad * draws[1])
     fit = fit_template(template, seen, start)
+    if fit.borne < LEAST_BORNE:
+        # Nothing stands off where the template's handle is: it is taken to where something does, and laid once more.
+        fit = max(fit, fit_template(template, seen, first_laying(template, seen, eye_m)), key=lambda one: one.borne)
     left_m = math.hypot(figures.residual_m, figures.residual_voxels * cloud.voxel_m)
     left_rad = figures.residual_rad * left_m / figures.residual_m if figures.residual_m else figures.residual_rad
     return Aligned(disturbed(template, fit.pose, left_m * draws[2], left_rad * draws[3]), fit)
@@ -128,6 +136,11 @@ def first_laying(template: Template, cloud: Prepared, eye_m: Triple) -> Pose:
         pairs.append((np.median(points[cloud.off], axis=0), np.array(template.handle_m)))
     way = middle[:2] - eye[:2]
     heading = math.atan2(float(way[1]), float(way[0]))
+    handle = handle_of(template)
+    if handle is not None:
+        place, point = pairs[-1]
+        m = rotation((0.0, 0.0, heading))
+        return laid_on_face(handle, cloud, pose_of(place - m @ point, m), math.inf)
     matrices = [rotation((0.0, 0.0, heading + turn)) for turn in HEADINGS_RAD]
     return fit_roughly(template, cloud, [pose_of(place - m @ point, m) for place, point in pairs for m in matrices])
 

@@ -25,7 +25,7 @@ _BOX, _ROD, _RING, _DISC = 0, 1, 2, 3
 _TINY = 1e-12
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any]) -> Any:
     """The function compiled by numba, kept on disk where that can be."""
     try:
         return njit(cache=True, error_model="numpy")(function)
@@ -59,7 +59,7 @@ def _row(shape: Shape) -> list[float]:
     return [float(kind), *at, *numbers, *radii, *turned.ravel().tolist(), *middle.tolist(), ball]
 
 
-@_compiled
+@compiled
 def _to_box(s: Floats, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     x, y, z = x - s[1], y - s[2], z - s[3]
     a = x * s[9] + y * s[12] + z * s[15]
@@ -88,7 +88,7 @@ def _to_box(s: Floats, x: float, y: float, z: float) -> tuple[float, float, floa
     )
 
 
-@_compiled
+@compiled
 def _to_rod(s: Floats, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     x, y, z = x - s[1], y - s[2], z - s[3]
     share = (x * s[4] + y * s[5] + z * s[6]) / max(s[4] * s[4] + s[5] * s[5] + s[6] * s[6], _TINY)
@@ -99,7 +99,7 @@ def _to_rod(s: Floats, x: float, y: float, z: float) -> tuple[float, float, floa
     return far - s[7], x / over, y / over, z / over
 
 
-@_compiled
+@compiled
 def _to_round(s: Floats, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """A ring or a disc."""
     x, y, z = x - s[1], y - s[2], z - s[3]
@@ -126,7 +126,7 @@ def _to_round(s: Floats, x: float, y: float, z: float) -> tuple[float, float, fl
     return distance, beside * x + up * s[4], beside * y + up * s[5], beside * z + up * s[6]
 
 
-@_compiled
+@compiled
 def _nearest(solids: Floats, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Distance of a point to all solids together, and the nearest one's normal."""
     best, nx, ny, nz = math.inf, 0.0, 0.0, 0.0
@@ -147,7 +147,7 @@ def _nearest(solids: Floats, x: float, y: float, z: float) -> tuple[float, float
     return best, nx, ny, nz
 
 
-@_compiled
+@compiled
 def distances(solids: Floats, points: Floats, matrix: Floats, pivot: Floats, middle: Floats) -> Floats:
     """Signed distance (n,) of points (n, 3) to solids that are turned about ``middle``, which lies at ``pivot``."""
     found = np.empty(len(points))
@@ -160,7 +160,7 @@ def distances(solids: Floats, points: Floats, matrix: Floats, pivot: Floats, mid
     return found
 
 
-@_compiled
+@compiled
 def equations(
     solids: Floats, points: Floats, weights: Floats, matrix: Floats, pivot: Floats, middle: Floats, scale: float
 ) -> tuple[Floats, Floats]:
@@ -193,7 +193,7 @@ def equations(
     return square, right
 
 
-@_compiled
+@compiled
 def solved(square: Floats, right: Floats) -> Floats:
     """The solution (n,) of square x = right, for a symmetric positive definite square (n, n), which is used up.
 
@@ -219,7 +219,7 @@ def solved(square: Floats, right: Floats) -> Floats:
     return x
 
 
-@_compiled
+@compiled
 def turned(turn: Floats, matrix: Floats) -> Floats:
     """A matrix (3, 3) turned by a rotation vector (3,): Rodrigues' formula, column by column."""
     angle = math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
@@ -237,7 +237,7 @@ def turned(turn: Floats, matrix: Floats) -> Floats:
     return found
 
 
-@_compiled
+@compiled
 def descend(
     solids: Floats,
     points: Floats,
@@ -270,7 +270,7 @@ def descend(
     return matrix, pivot
 
 
-@_compiled
+@compiled
 def votes(points: Floats, normals: Floats, offsets: Floats, threshold: float) -> npt.NDArray[np.int64]:
     """How many points (n, 3) lie within a threshold of each plane: unit normals (m, 3), offsets (m,)."""
     found = np.zeros(len(normals), dtype=np.int64)

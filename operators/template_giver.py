@@ -15,7 +15,14 @@ import numpy as np
 from teleop_sim.channel.messages import Answer, Message, Request, VoxelCloud
 from teleop_sim.channel.template_ends import StationTemplates
 from teleop_sim.channel.template_messages import TemplateChange
-from teleop_sim.operators.alignment import Aligned, AlignmentFigures, alignment_s, disturbed, load_alignment
+from teleop_sim.operators.alignment import (
+    LEAST_BORNE,
+    Aligned,
+    AlignmentFigures,
+    alignment_s,
+    disturbed,
+    load_alignment,
+)
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.clouds import Region, newest_cloud
 from teleop_sim.operators.memo import FreshEyes
@@ -122,7 +129,8 @@ class TemplateGiver:
 
     def _right(self, laid: Aligned) -> bool:
         """Does a person think that it fits?"""
-        return laid.fit.share >= LEAST_SHARE and not self._strays(laid.pose)
+        shows = laid.fit.share >= LEAST_SHARE and laid.fit.borne >= LEAST_BORNE
+        return shows and not self._strays(laid.pose)
 
     def _strays(self, pose: Pose) -> bool:
         """Is it so far from where the thing is expected that it must be something else?"""
