@@ -205,7 +205,7 @@ def _legend(figure: Figure, height_in: float) -> None:
             facecolor=OUTSIDE,
             edgecolor="#BBBBBB",
             linewidth=0.5,
-            label="before the robot stood there, and after the aim",
+            label="before the robot stood there; after the last checkpoint",
         )
     )
     figure.legend(
