@@ -12,6 +12,7 @@ Not modelled: what hides the handle from the sensor, but its own back; panels th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import ModuleType
@@ -34,7 +35,7 @@ from teleop_sim.operators.descent import (
     loops,
 )
 from teleop_sim.templates.elements import Template
-from teleop_sim.templates.poses import Pose, pose_of, rotation
+from teleop_sim.templates.poses import Pose, pose_of
 from teleop_sim.templates.shapes import Box, Shape, bounds, signed
 
 # Assumed, from trials on doors with 1 cm of noise.
@@ -68,12 +69,16 @@ class Handle:
 
 
 def handle_of(template: Template) -> Handle | None:
-    """What stands off a template's only face; None: it has no face, several (which hold it in place), or that alone."""
+    """What stands off a template's only face, which lies across its x axis; None: there is no such thing.
+
+    Several faces hold a template in place without this.
+    """
     faces = tuple(s for s in template.shapes if replace(template, shapes=(s,)).has_face)
     rest = tuple(s for s in template.shapes if s not in faces)
-    if len(faces) != 1 or not rest or not isinstance(faces[0], Box):
+    face = faces[0] if len(faces) == 1 else None
+    if not rest or not isinstance(face, Box) or face.turn != (0.0, 0.0, 0.0) or face.half[0] != min(face.half):
         return None
-    return _handle(faces[0], rest, template.middle_m, template.handle_m)
+    return _handle(face, rest, template.middle_m, template.handle_m)
 
 
 @lru_cache(maxsize=64)
@@ -98,11 +103,9 @@ def _handle(
 
 def _deep(face: Box, handle: Floats) -> Box:
     """The panel with its back farther from the handle."""
-    thin, turn = int(np.argmin(face.half)), rotation(face.turn)
-    way = turn[:, thin] * np.sign((handle - np.array(face.centre)) @ turn[:, thin])
-    x, y, z = (float(v) for v in np.array(face.centre) - DEEPER_M * way)
-    a, b, c = (h + DEEPER_M * (k == thin) for k, h in enumerate(face.half))
-    return Box((x, y, z), (a, b, c), face.turn)
+    x, y, z = face.centre
+    a, b, c = face.half
+    return Box((x - math.copysign(DEEPER_M, float(handle[0]) - x), y, z), (a + DEEPER_M, b, c))
 
 
 def laid_on_face(handle: Handle, cloud: Prepared, start: Pose, beside_m: float = BESIDE_M) -> Pose:
@@ -115,7 +118,7 @@ def laid_on_face(handle: Handle, cloud: Prepared, start: Pose, beside_m: float =
 
     """
     solid, few = _as_seen(handle, cloud), cloud.only(~cloud.off).thinned(COARSE_POINTS)
-    pose = start
+    pose = _parallel(handle, few.points, start)
     for scale_m in (*COARSE_SCALES_M, cloud.fine_m):
         pose = descend(solid, few, pose, scale_m, COARSE_ROUNDS)
     # Points of a face say little of where along it: the handle stays where it was put.
@@ -127,6 +130,14 @@ def laid_on_face(handle: Handle, cloud: Prepared, start: Pose, beside_m: float =
     shifts = _slid(pose, slides)
     costs = [cost_at(solid, some, matrix, at, scale_m) + _borne(handle, cloud, matrix, at, scale_m)[0] for at in shifts]
     return pose_of(shifts[int(np.argmin(costs))], matrix)
+
+
+def _parallel(handle: Handle, points: Floats, pose: Pose) -> Pose:
+    """Turned about the handle until its x axis is the normal of the plane through points (n, 3), and upright."""
+    off = points - points.mean(axis=0)
+    normal = np.linalg.eigh(off.T @ off)[1][:, 0]
+    x = normal if normal @ pose.matrix[:, 0] > 0.0 else -normal
+    return _turned(x, pose, handle.middle)
 
 
 def settled(handle: Handle, cloud: Prepared, pose: Pose) -> Pose:
@@ -181,7 +192,11 @@ def _slid(pose: Pose, slides: Floats) -> Floats:
 
 def _upright(pose: Pose, pivot: Floats) -> Pose:
     """Turned about its x axis through a point (3,) until its z axis is as near the vertical as it can be."""
-    x = pose.matrix[:, 0]
+    return _turned(pose.matrix[:, 0], pose, pivot)
+
+
+def _turned(x: Floats, pose: Pose, pivot: Floats) -> Pose:
+    """Turned about a point (3,) until its x axis is a given one and its z axis as near the vertical as it can be."""
     y = np.cross((0.0, 0.0, 1.0), x)
     y /= max(float(np.linalg.norm(y)), 1e-9)
     matrix = np.stack([x, y, np.cross(x, y)], axis=1)

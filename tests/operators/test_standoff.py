@@ -78,6 +78,15 @@ def test_the_face_lies_where_its_points_are_and_not_before_them():
     assert float(np.std(errors)) < 0.002
 
 
+def test_a_door_that_is_seen_from_the_side_is_laid_parallel_to_its_face():
+    for seed in range(10):
+        rng = np.random.default_rng([18, seed])
+        truth = Pose((1.5, float(rng.uniform(-0.2, 0.2)), 1.016), (0.0, 0.0, 0.4 if seed % 2 else -0.4))
+        laid = align(DOOR, cloud(truth, 0.01, rng), EYE_M, rng)
+        assert np.linalg.norm(laid.pose.place(HANDLE) - truth.place(HANDLE)) < 0.03, seed
+        assert math.acos(min(1.0, float(laid.pose.matrix[:, 0] @ truth.matrix[:, 0]))) < math.radians(5.0)
+
+
 def test_a_door_without_a_lever_is_not_borne_out():
     for seed in range(10):
         rng = np.random.default_rng([13, seed])
@@ -110,7 +119,7 @@ def test_only_panels_with_a_handle_have_one():
 
 def test_samples_lie_on_the_handle_clear_of_the_face():
     handle = handle_of(DOOR)
-    distance, normal = signed(DOOR.shapes[1:], handle.points)
+    distance, _ = signed(DOOR.shapes[1:], handle.points)
     np.testing.assert_allclose(distance, 0.0, atol=1e-9)
     # Outward: a step along them is a step away.
     away = signed(DOOR.shapes[1:], handle.points + 1e-3 * handle.normals)[0]
