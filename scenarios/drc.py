@@ -55,6 +55,9 @@ def task_problems(scenario: Scenario) -> tuple[Problem, ...]:
         found.append(
             Problem("robot", f"{scenario.robot} has no place to stand at {scenario.task}", f"These have: {known}.")
         )
+    if drc and scenario.operator.policy != "collaborate":
+        what = f"{scenario.operator.policy} has no answers to what is asked at {scenario.task}"
+        found.append(Problem("operator.policy", what, 'Give policy = "collaborate".'))
     if drc and scenario.hand != "claw":
         found.append(Problem("hand", f"{scenario.task} is done with claws", 'Give hand = "claw".'))
     return tuple(found)

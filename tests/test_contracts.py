@@ -62,7 +62,8 @@ delay_s = 0.0
 def scenario(task: str, robot: str, layer: str = "behaviour"):
     """A scenario with nothing but defaults; None if the task is not for this robot."""
     hand = {"hand": "claw"} if task.startswith("drc-") else {}
-    chosen = {"task": task, "robot": robot, "layer": layer, **hand}
+    policy = {"operator.policy": "collaborate"} if hand else {}
+    chosen = {"task": task, "robot": robot, "layer": layer, **hand, **policy}
     try:
         return read_scenario(TEXT, "contract", "contract", overrides=chosen)
     except BadInput:

@@ -29,6 +29,8 @@ schema = 1
 robot = "atlas"
 hand = "claw"
 task = "TASK"
+[operator]
+policy = "collaborate"
 [link.up]
 rate_bps = 9600.0
 delay_s = 0.0

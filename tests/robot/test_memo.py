@@ -135,7 +135,7 @@ def test_another_controller_is_another_question(body):
 def test_every_robot_in_every_task_has_a_digest(robot, task):
     direction = "rate_bps = 380.0\ndelay_s = 0.0"
     text = f"schema = 1\n[link.up]\n{direction}\n[link.down]\n{direction}\n"
-    hand = {"hand": "claw"} if task.startswith("drc-") else {}
+    hand = {"hand": "claw", "operator.policy": "collaborate"} if task.startswith("drc-") else {}
     chosen = {"task": task, "robot": robot, **hand}
     if hand and robot not in DRC_STANDS:
         with pytest.raises(BadInput, match="no place to stand"):
