@@ -202,7 +202,7 @@ def test_a_valve_is_turned_as_in_the_paper():
 def test_work_takes_the_sum_of_its_elements(thing):
     far, pieces, goals = Far(thing), layer_elements(EXACT, load_layer()), handling(thing).goals
     orders = sum(not g.startswith("preview") and g not in ("align", "stand") for g in goals)
-    want = (3.0 if thing == "DRC_valve" else 2.0) * pieces["preview"] + orders * (pieces["order"] + pieces["judge"])
+    want = 2.0 * pieces["preview"] + orders * (pieces["order"] + pieces["judge"])
     spent = far.layers()
     # Times on a clock of some hundred seconds: rounding.
     assert spent["template"] == pytest.approx(want, abs=1e-6)
