@@ -48,6 +48,7 @@ class RobotState:
     unfinished: Unfinished | None = None
     felt: bytes = b""
     loads: tuple[Load, ...] = ()
+    torque: tuple[float, ...] = ()
 
 
 class Body:
@@ -61,6 +62,7 @@ class Body:
         walking: the plan now followed, and the row reached.
         posture: (n_upper,) present reference of the upper body [rad]. jaws: present references.
         loads: what the hands carry, as the controller was told.
+        torque: (n_upper,) that holds what a hand presses on since the last skill [N m]; None where there is nothing.
         com_height_m: of the standing robot over its soles.
     """
 
@@ -99,6 +101,7 @@ class Body:
         self._memory = np.zeros(law.MEMORY)
         self.posture = np.zeros(len(self.upper_names))
         self.jaws = (0.0, 0.0)
+        self.torque: np.ndarray | None = None
         self._jaws_set: tuple[float, float] | None = None
         self.fallen = False
         self.unfinished: Unfinished | None = None
@@ -191,6 +194,7 @@ class Body:
         self.plant.load(state.plant, time_s)
         self.posture = np.array(state.posture)
         self.jaws, self._jaws_set = state.jaws, None
+        self.torque = np.array(state.torque) if state.torque else None
         self._memory[:] = state.memory
         self.fallen, self.unfinished, self.walking = state.fallen, state.unfinished, None
         self.carry(state.loads)
@@ -205,8 +209,9 @@ class Body:
         memory = tuple(float(x) for x in self._memory)
         posture = tuple(float(x) for x in self.posture)
         felt = b"" if self._belief is None else self._belief.save()
+        torque = () if self.torque is None else tuple(float(x) for x in self.torque)
         return RobotState(
-            self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished(), felt, self.loads
+            self.plant.save(), posture, self.jaws, memory, self.fallen, self._unfinished(), felt, self.loads, torque
         )
 
     def _unfinished(self) -> Unfinished | None:

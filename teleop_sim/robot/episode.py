@@ -121,6 +121,8 @@ def perform(
         if not upright:
             done = Done("fell", watch.cause())
             _aftermath(body, recorder, limit)
+    if recorder.ticks:
+        body.torque = None if done is None else done.torque
     if done is None:
         skill.close()
         return _episode(body, command, recorder, Done("cut", f"stopped after {until_s:.2f} s"), until_s)
@@ -139,7 +141,7 @@ def _settle(body: Body, recorder: _Recorder, watch: FallWatch, limit: float) -> 
     # A skill may end at rest, but off the stand that the law now takes up: the first tick of that tells.
     while still < REST_TICKS and patience > 0 and recorder.ticks < limit:
         patience -= 1
-        reference = Tick(body.posture, jaws=body.jaws)
+        reference = Tick(body.posture, torque=body.torque, jaws=body.jaws)
         upright = body.tick(reference)
         recorder.note()
         watch.look(reference)

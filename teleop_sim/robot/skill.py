@@ -32,12 +32,19 @@ class Tick(NamedTuple):
 
 @dataclass(frozen=True)
 class Done:
-    """How a skill ended. ``takes_s``: time that it needs at rest, such as a sensor's sweep."""
+    """How a skill ended.
+
+    Attributes:
+        takes_s: time that it needs at rest, such as a sensor's sweep.
+        torque: (n_upper,) torques that hold what the hand presses on, kept while the robot comes to rest [N m].
+
+    """
 
     outcome: str
     cause: str = ""
     data: Any = None
     takes_s: float = 0.0
+    torque: np.ndarray | None = None
 
 
 Motion = Generator[Tick, None, Done]

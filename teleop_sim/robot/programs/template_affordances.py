@@ -22,7 +22,7 @@ from teleop_sim.robot.commands import Act, LetGo
 from teleop_sim.robot.drc_plans import door_swing, lever_turn, wheel_turn
 from teleop_sim.robot.hands import base_name
 from teleop_sim.robot.programs.steps import Memory, Reply, Step
-from teleop_sim.robot.programs.template_hands import GIVE_WAY_N, TOOL, enter, grasp, retreat
+from teleop_sim.robot.programs.template_hands import GIVE_WAY_N, HELD_RAD, TOOL, enter, grasp, retreat
 from teleop_sim.robot.programs.template_work import (
     DOOR,
     Instance,
@@ -44,6 +44,13 @@ PUSH_RAD: Mapping[str, float] = MappingProxyType({"atlas": math.radians(20.0), "
 """As far as the arm reaches from where the robot stands."""
 FORCE_N: Mapping[str, float] = MappingProxyType({"atlas": 100.0, "thormang3": 50.0})
 """Of the wrist at a wheel: what each stops at."""
+TURN_N: Mapping[str, float] = MappingProxyType({"atlas": 80.0, "thormang3": 45.0})
+PUSH_N: Mapping[str, float] = MappingProxyType({"atlas": 80.0, "thormang3": 30.0})
+"""Of the wrist at a lever and at a door, beyond what it holds already. 40 N down half a metre ahead shift THORMANG3's
+pressure by 5 cm, 25 N forward at a metre by 6, and its soles give it 10; a latched door pushed harder fells it. A lever
+resists with 18 to 45 N, an unlatched door with 5."""
+PUSHES, STUCK_RAD, FURTHER_RAD = 3, math.radians(2.0), math.radians(10.0)
+"""Pushes of a door; one that went no further has met its latch, and the lever is turned by that more (assumed)."""
 GRIPS, LEAST_RAD, SEEK_RAD = 3, math.radians(10.0), 0.5
 """Grips of a wheel; what may be left undone; as far as a rod goes in its gap before it touches."""
 SHARE = 0.95
@@ -88,12 +95,12 @@ def _of_door(memory: Memory, at: Instance, known: Published, amount: float) -> S
             return (yield from _swing(memory, at, wanted, -1.0))
     axis, _ = known.at(at.pose)
     line = Affordance("linear", axis)
-    reply = yield from do(_firm(at, line, math.copysign(1.0, known.amount) * wanted))
+    reply = yield from do(_firm(at, line, math.copysign(1.0, known.amount) * wanted, PUSH_N))
     return told(reply, math.copysign(1.0, known.amount) * amount_of(reply))
 
 
-def _firm(at: Instance, what: Affordance, amount: float) -> Act:
-    return Act(at.side, what, amount, TOOL, rigid=True, give_way_n=GIVE_WAY_N)
+def _firm(at: Instance, what: Affordance, amount: float, limit_n: Mapping[str, float]) -> Act:
+    return Act(at.side, what, amount, TOOL, limit_n[base_name(at.robot)], rigid=True, give_way_n=GIVE_WAY_N)
 
 
 def _turn(memory: Memory, at: Instance, wanted_rad: float, sense: float) -> StepProgram:
@@ -102,7 +109,7 @@ def _turn(memory: Memory, at: Instance, wanted_rad: float, sense: float) -> Step
     goal = sense * wanted_rad
     if goal < 0.0 < work.lever_rad:
         goal = max(goal, -work.lever_rad)
-    reply = yield from do(_firm(at, lever_turn(work.lever), goal))
+    reply = yield from do(_firm(at, lever_turn(work.lever), goal, TURN_N))
     went = amount_of(reply)
     _felt(memory, replace(work, lever_rad=max(work.lever_rad + went, 0.0)), reply)
     return told(reply, sense * went)
@@ -110,15 +117,30 @@ def _turn(memory: Memory, at: Instance, wanted_rad: float, sense: float) -> Step
 
 def _swing(memory: Memory, at: Instance, wanted_m: float, sense: float) -> StepProgram:
     """Swing the door, open with sense +1, as far as the arm goes; amounts are metres of the lever's way."""
-    work, arm_m = work_of(memory, at), _arm_m()
-    goal = sense * wanted_m / arm_m
+    arm_m = _arm_m()
+    goal, went = sense * wanted_m / arm_m, 0.0
+    reply = yield from _swung(memory, at, goal)
+    for _ in range(PUSHES - 1):
+        went += amount_of(reply)
+        if reply.outcome not in ("force_limit", "no_motion") or abs(goal - went) < STUCK_RAD:
+            return told(reply, sense * went * arm_m)
+        if abs(went) < STUCK_RAD and work_of(memory, at).lever_rad > HELD_RAD:
+            turned = yield from _turn(memory, at, FURTHER_RAD, 1.0)
+            if turned.outcome == "grip_lost":
+                return turned
+        reply = yield from _swung(memory, at, goal - went)
+    return told(reply, sense * (went + amount_of(reply)) * arm_m)
+
+
+def _swung(memory: Memory, at: Instance, amount_rad: float) -> Generator[Step, Any, Reply]:
+    """One push, as far as the arm goes."""
     swing = door_swing(at.place)
-    reply = yield from do(_firm(at, swing, goal))
+    reply = yield from do(_firm(at, swing, amount_rad, PUSH_N))
     if reach := reach_of(reply):
-        reply = yield from do(_firm(at, swing, SHARE * reach))
-    went = amount_of(reply)
-    _felt(memory, replace(work, opened_rad=max(work.opened_rad + went, 0.0)), reply)
-    return told(reply, sense * went * arm_m)
+        reply = yield from do(_firm(at, swing, SHARE * reach, PUSH_N))
+    work = work_of(memory, at)
+    _felt(memory, replace(work, opened_rad=max(work.opened_rad + amount_of(reply), 0.0)), reply)
+    return reply
 
 
 def _arm_m() -> float:

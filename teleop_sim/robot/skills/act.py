@@ -77,11 +77,13 @@ def act(body: Body, command: Act, rng: np.random.Generator) -> Motion:
     resisted_n = actor.now.push_n
     for _ in range(round(RELAX_S / body.tick_s)):
         actor.sense()
-        yield actor.relax()
+        last = actor.relax()
+        yield last
     now = actor.now
     report = ActReport(now.amount, table.reach, now.peak_n, resisted_n, now.off_m, table.stage)
     told = f"{CAUSES[outcome]}; {report.amount:.3f} of {command.amount:.3f} {command.affordance.unit}"
-    return Done(outcome, f"{told}, {report.peak_n:.0f} N at most", report)
+    felt = f"{told}, {report.peak_n:.0f} N at most"
+    return Done(outcome, felt, report, torque=last.torque)
 
 
 def _planned(arm: Arm, command: Act) -> tuple[Way, MotionTable]:
