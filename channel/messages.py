@@ -3,8 +3,8 @@
 The first byte says what a message is, so the payload alone decodes; the topic is a label for logs and counters.
 Binary messages start with a type byte below 0x20 or from 0x80 on. Text lines need none: a chat line starts with one of
 ``/*&|_$``, a log line with a digit of its time. A new message is one class with ``@message`` in ``up_messages.py``,
-``command_messages.py``, ``down_messages.py``, ``picture_messages.py``, ``mark_messages.py``, ``template_messages.py``
-or ``manipulation_messages.py``, and its name here.
+``command_messages.py``, ``down_messages.py``, ``picture_messages.py``, ``mark_messages.py``, ``template_messages.py``,
+``manipulation_messages.py`` or ``hand_messages.py``, and its name here.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ from teleop_sim.channel.down_messages import (
     SyncState,
     Withdrawn,
 )
+from teleop_sim.channel.hand_messages import HandCloud, encode_hand
 from teleop_sim.channel.manipulation_messages import (
     OUTCOMES,
     STEPS,
@@ -118,6 +119,7 @@ __all__ = [
     "FootstepPlan",
     "Force",
     "HandBack",
+    "HandCloud",
     "HandPose",
     "HandleName",
     "HandlePose",
@@ -170,6 +172,7 @@ __all__ = [
     "Withdrawn",
     "decode_message",
     "decode_payload",
+    "encode_hand",
     "encode_image",
     "encode_message",
     "encode_voxels",

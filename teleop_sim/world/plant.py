@@ -14,7 +14,7 @@ from typing import Protocol, runtime_checkable
 import mujoco
 import numpy as np
 
-from teleop_sim.world.contact import ROBOT_GROUP
+from teleop_sim.world.contact import ROBOT_GROUP, hand_of
 from teleop_sim.world.description import Vector
 from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
@@ -248,11 +248,40 @@ class Plant:
         Returns:
             Distances (n,) [m], -1 for nothing; geom ids (n,); surface normals (n, 3).
         """
+        return self._cast(origin, directions, cutoff_m, self._groups, -1)
+
+    def cast_robot(
+        self, origin: np.ndarray, directions: np.ndarray, cutoff_m: float, frame: str, alone: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Cast rays at the robot itself, in the world or alone.
+
+        Args:
+            origin: (3,). directions: (n, 3) unit vectors. cutoff_m: nothing beyond is hit.
+            frame: site of the sensor; the body that carries it is its housing, and is left out.
+            alone: as if there were no world, which else hides what is behind it.
+
+        Returns:
+            Distances (n,) [m], -1 for nothing; geom ids (n,).
+        """
+        housing = int(self.model.site(frame).bodyid[0])
+        groups = 1 - self._groups if alone else np.ones(6, np.uint8)
+        distances, geoms, _ = self._cast(origin, directions, cutoff_m, groups, housing)
+        return distances, geoms
+
+    def on_hand(self, geoms: np.ndarray, side: str) -> np.ndarray:
+        """Whether geoms, by id, are those of a hand; (n,)."""
+        own = self.model.geom_group == ROBOT_GROUP
+        hands: np.ndarray = own & (self.model.geom_contype == hand_of(side)["contype"])
+        return np.asarray((geoms >= 0) & hands[geoms])
+
+    def _cast(
+        self, origin: np.ndarray, directions: np.ndarray, cutoff_m: float, groups: np.ndarray, without: int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         n = len(directions)
         geoms, distances, normals = np.empty(n, np.int32), np.empty(n), np.empty(3 * n)
         flat = np.ascontiguousarray(directions, float).ravel()
         mujoco.mj_multiRay(
-            self.model, self.data, origin, flat, self._groups, 1, -1, geoms, distances, normals, n, cutoff_m
+            self.model, self.data, origin, flat, groups, 1, without, geoms, distances, normals, n, cutoff_m
         )
         return distances, geoms, normals.reshape(-1, 3)
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Cloud, Detect, Scan
+from teleop_sim.robot.commands import Cloud, Detect, Scan, Side
 from teleop_sim.robot.gait import body_between
 from teleop_sim.robot.perception import camera, coarse, fine, lidar, walkway
 from teleop_sim.robot.perception.rays import Light, SensorPose, upright
 from teleop_sim.robot.skill import Done, Motion
+from teleop_sim.robot.tool_poses import tool_pose
 from teleop_sim.world.sense_errors import SenseErrors
 
 FRAME_S = 0.1
@@ -48,6 +49,13 @@ def scan(body: Body, command: Scan, rng: np.random.Generator) -> Motion:
     points = lidar.half_turn(body.plant, pose, rng, command.region, _errors(body))
     x, y, z = (float(v) for v in pose.position)
     return Done("scanned", data=Cloud(points, (x, y, z)), takes_s=lidar.HALF_TURN_S)
+
+
+def hand_points(body: Body, rng: np.random.Generator, side: Side) -> lidar.HandPoints:
+    """What a half turn at this moment has on one of the robot's hands, and where the robot's joints have it."""
+    frame = body.spec.lidar_frame
+    tool_m, _ = tool_pose(body, side)
+    return lidar.hand_points(body.plant, frame, _sensor(body, frame), tool_m, side, rng, _errors(body))
 
 
 def detect(body: Body, command: Detect, rng: np.random.Generator) -> Motion:
