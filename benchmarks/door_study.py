@@ -20,6 +20,8 @@ from drc_trials import SIDE, TOOL, InParts, Runner, Trial, believed, stand_error
 
 from teleop_sim.robot.commands import Act, LetGo, Take
 from teleop_sim.robot.drc_plans import door_swing, drc_stand, lever_handle, lever_turn, opened
+from teleop_sim.robot.programs.template_affordances import PUSH_N
+from teleop_sim.robot.programs.template_hands import TURN_N
 from teleop_sim.world.door import LEVER_HEIGHT_M, Door, opened_rad
 
 TURN_RAD = math.radians(55.0)
@@ -54,17 +56,17 @@ def tried(robot: str, error_m: float, seed: int, say: bool = False, parts: bool 
     why, pushed = "", 0.0
     told = run.do(Take(SIDE, lever_handle(at))).outcome
     if told == "taken":
-        turn = run.do(Act(SIDE, lever_turn(at), TURN_RAD, TOOL, **FIRM))
+        turn = run.do(Act(SIDE, lever_turn(at), TURN_RAD, TOOL, TURN_N[robot], **FIRM))
         told, felt = turn.outcome, turn.data.amount if turn.data else 0.0
         if told in ("reached", "force_limit"):
             wanted = PUSH_RAD[robot]
-            push = run.do(Act(SIDE, door_swing(at), wanted, TOOL, **FIRM))
+            push = run.do(Act(SIDE, door_swing(at), wanted, TOOL, PUSH_N[robot], **FIRM))
             if push.outcome == "no_plan" and push.data is not None:
-                push = run.do(Act(SIDE, door_swing(at), 0.95 * push.data.reach, TOOL, **FIRM))
+                push = run.do(Act(SIDE, door_swing(at), 0.95 * push.data.reach, TOOL, PUSH_N[robot], **FIRM))
             told, swung = push.outcome, push.data.amount if push.data else 0.0
             pushed = opened_rad(run.body.plant)
             if told != "fell":
-                run.do(Act(SIDE, lever_turn(opened(at, max(swung, 0.0))), -felt, TOOL, **FIRM))
+                run.do(Act(SIDE, lever_turn(opened(at, max(swung, 0.0))), -felt, TOOL, TURN_N[robot], **FIRM))
         if told != "fell":
             run.do(LetGo(SIDE))
     if say:

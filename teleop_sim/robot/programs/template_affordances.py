@@ -22,7 +22,7 @@ from teleop_sim.robot.commands import Act, LetGo
 from teleop_sim.robot.drc_plans import door_swing, lever_turn, wheel_turn
 from teleop_sim.robot.hands import base_name
 from teleop_sim.robot.programs.steps import Memory, Reply, Step
-from teleop_sim.robot.programs.template_hands import GIVE_WAY_N, HELD_RAD, TOOL, enter, grasp, retreat
+from teleop_sim.robot.programs.template_hands import GIVE_WAY_N, HELD_RAD, TOOL, TURN_N, enter, grasp, retreat
 from teleop_sim.robot.programs.template_work import (
     DOOR,
     Instance,
@@ -44,11 +44,9 @@ PUSH_RAD: Mapping[str, float] = MappingProxyType({"atlas": math.radians(20.0), "
 """As far as the arm reaches from where the robot stands."""
 FORCE_N: Mapping[str, float] = MappingProxyType({"atlas": 100.0, "thormang3": 50.0})
 """Of the wrist at a wheel: what each stops at."""
-TURN_N: Mapping[str, float] = MappingProxyType({"atlas": 80.0, "thormang3": 45.0})
 PUSH_N: Mapping[str, float] = MappingProxyType({"atlas": 80.0, "thormang3": 30.0})
-"""Of the wrist at a lever and at a door, beyond what it holds already. 40 N down half a metre ahead shift THORMANG3's
-pressure by 5 cm, 25 N forward at a metre by 6, and its soles give it 10; a latched door pushed harder fells it. A lever
-resists with 18 to 45 N, an unlatched door with 5."""
+"""Of the wrist at a door, beyond what it holds already: 25 N at a metre shift THORMANG3's pressure by 6 cm, and its
+soles give it 10, of which the lever takes half; a latched door pushed harder fells it. An unlatched one takes 5."""
 PUSHES, STUCK_RAD, FURTHER_RAD = 3, math.radians(2.0), math.radians(10.0)
 """Pushes of a door; one that went no further has met its latch, and the lever is turned by that more (assumed)."""
 GRIPS, LEAST_RAD, SEEK_RAD = 3, math.radians(10.0), 0.5

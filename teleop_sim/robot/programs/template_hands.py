@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from teleop_sim.robot.affordance import Usability
 from teleop_sim.robot.commands import Act, Fingers, Grasp, LetGo, Posture, PreGrasp, Retreat
 from teleop_sim.robot.commands import Step as Stride
 from teleop_sim.robot.drc_plans import lever_turn
+from teleop_sim.robot.hands import base_name
 from teleop_sim.robot.programs.steps import Memory, Reply, Step
 from teleop_sim.robot.programs.template_work import (
     GAPS,
@@ -32,6 +34,9 @@ TOOL = Usability("bars", (0.0, 0.0, 0.0))
 """The hand as a tool that nothing guides: it keeps to the believed path and holds against what springs back."""
 GIVE_WAY_N = 15.0
 """Sideways force beyond which even such a hand gives way, as in ``benchmarks/door_study.py``."""
+TURN_N: Mapping[str, float] = MappingProxyType({"atlas": 80.0, "thormang3": 45.0})
+"""Of the wrist at a lever, beyond what it holds already. A lever resists with 18 to 45 N; 40 N down half a metre ahead
+shift THORMANG3's pressure by 5 cm."""
 STEPS_BACK, BACK_M, WALL = 2, 0.04, "wall"
 """A hand that has no room between the body and the thing gets it by a step back: with 4 cm all of three that had no way
 found one (measured)."""
@@ -139,8 +144,8 @@ def let_up(memory: Memory, at: Instance) -> Part:
     """A held lever goes back up in the hand: let go, it would spring."""
     work = work_of(memory, at)
     if work.hand == "at" and work.lever_rad > HELD_RAD:
-        lever = lever_turn(work.lever)
-        yield from do(Act(at.side, lever, -work.lever_rad, TOOL, rigid=True, give_way_n=GIVE_WAY_N))
+        lever, limit_n = lever_turn(work.lever), TURN_N[base_name(at.robot)]
+        yield from do(Act(at.side, lever, -work.lever_rad, TOOL, limit_n, rigid=True, give_way_n=GIVE_WAY_N))
         remember(memory, replace(work, lever_rad=0.0))
 
 
