@@ -7,24 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from contextlib import suppress
-from dataclasses import fields, is_dataclass
 from typing import Any
 
-import numpy as np
 import simpy
 
 from teleop_sim.channel import messages as msg
 from teleop_sim.core.records import Emit, EpisodeEnded, Record, Released, Waited
-from teleop_sim.field_claims import claimed_records, marks_message
 from teleop_sim.field_orders import Direct, Orders
+from teleop_sim.field_pictures import Pictures, brief, points_of, tool_of
 from teleop_sim.field_things import Things, Work
 from teleop_sim.field_voice import Beat, SiteVoice
 from teleop_sim.machines.declare import FELL, Machine
 from teleop_sim.machines.executive import Executive, Result, Signal, Start
 from teleop_sim.onsite import Interrupted, RobotOnSite
-from teleop_sim.robot.body import Body
-from teleop_sim.robot.commands import Command, Look, Side, Vector
+from teleop_sim.robot.commands import Command, Side, Vector
 from teleop_sim.robot.gait import Gait
+from teleop_sim.robot.perception.lidar import HandPoints
 from teleop_sim.robot.programs.pacing import wait_for_poll_s
 from teleop_sim.robot.programs.steps import (
     AskData,
@@ -39,15 +37,9 @@ from teleop_sim.robot.programs.steps import (
     Stepped,
     Wait,
 )
-from teleop_sim.robot.skills.sensing import camera_pose, picture
-from teleop_sim.robot.tool_poses import tool_pose
 
 Send = Callable[[str, bytes, str], None]
 Process = Generator[simpy.Event, Any, Any]
-
-IMAGE_SIZE = (320, 170)
-IMAGE_QUALITY = 50
-"""JPEG quality of grey images (assumed: a few kB, legible)."""
 
 
 class FieldSite:
@@ -78,7 +70,6 @@ class FieldSite:
         work: Work | None = None,
     ) -> None:
         self._env, self._robot, self._programs, self._poll_s = env, robot, programs, poll_s
-        self._claims = claims
         self._heartbeat, self._send, self._emit = heartbeat, send, emit
         self._memory = Memory()
         self._programs_at_work: dict[str, simpy.Process] = {}
@@ -86,9 +77,10 @@ class FieldSite:
         self._mover: simpy.Process | None = None
         self._by_hand: simpy.Process | None = None
         self._under_way: Callable[[float], Record] | None = None
-        self._pictures = 0
+        self._hand_clouds = 0
         self._view_asked = False
         self._voice = SiteVoice(env, self.tell)
+        self._pictures = Pictures(env, robot, self.tell, emit, claims)
         self.executive = Executive(env, machine, level, self._start_program, self._voice, emit)
         self._voice.listen_to(self.executive)
         self._things = None if work is None else Things(self, work, self._memory)
@@ -162,7 +154,7 @@ class FieldSite:
     def _view(self) -> Process:
         yield from ()
         self._view_asked = False
-        self._send_picture()
+        self._pictures.send()
 
     def note(self, effect: str, command: str, note: str) -> None:
         """Write down what became of a command."""
@@ -186,8 +178,12 @@ class FieldSite:
 
     def hand(self, side: Side) -> tuple[Vector, Vector]:
         """Tool of a hand: position [m] and rotation vector [rad], odometry frame."""
-        found: tuple[Vector, Vector] = self._robot.look("robot.hand", _left_tool if side == "left" else _right_tool)
-        return found
+        return tool_of(self._robot, side)
+
+    def hand_points(self, side: Side) -> HandPoints:
+        """What the LIDAR's last half turn has on a hand, and what it should have."""
+        self._hand_clouds += 1
+        return points_of(self._robot, side, self._hand_clouds)
 
     def _let_hand_movement_end(self) -> Process:
         """Wait for a movement that the operator commanded; an interrupt of the program brings it to rest."""
@@ -301,61 +297,12 @@ class FieldSite:
         self._send(topic, payload, text)
 
     def _show(self, claim: Claim | None, start: Start) -> Process:
-        """Send a picture; with marks if the operator will be asked for what the picture shows, and compares."""
-        if claim is None or not self._claims or self._passes(claim, start):
-            if claim is None or claim.otherwise:
-                self._send_picture()
-            return
-        yield from self._aim(claim.aim, claim, start)
-        picture, places = self._send_picture(), self._robot.true_places()
-        pose = camera_pose(self._robot.seen())
-        edge = self.executive.machine.edge_index(start.path, claim.event)
-        self.tell(marks_message(claim, edge, picture, pose, IMAGE_SIZE), f"marks {claim.event}")
-        for record in claimed_records(float(self._env.now), start.path, claim, picture, places):
-            self._emit(record)
-        yield from self._aim(claim.back, claim, start)
-
-    def _aim(self, look: Look, claim: Claim, start: Start) -> Process:
-        if claim.aim != claim.back:
-            yield from self._move(look, start)
-
-    def _passes(self, claim: Claim, start: Start) -> bool:
-        return self.executive.machine.edge(start.path, claim.event).passes(self.executive.level)
-
-    def _send_picture(self) -> msg.Image:
-        self._pictures += 1
-        name = f"robot.show.{self._pictures}"
-        image: msg.Image = self._robot.look(name, _camera_image, IMAGE_SIZE, IMAGE_QUALITY)
-        self.tell(image, "camera image")
-        return image
-
-
-def _left_tool(body: Body, _: np.random.Generator) -> tuple[Vector, Vector]:
-    return tool_pose(body, "left")
-
-
-def _right_tool(body: Body, _: np.random.Generator) -> tuple[Vector, Vector]:
-    return tool_pose(body, "right")
-
-
-def _camera_image(body: Body, rng: np.random.Generator) -> msg.Image:
-    return msg.encode_image(picture(body, rng), *IMAGE_SIZE, IMAGE_QUALITY)
+        """Send a picture, and what belongs to a claim."""
+        table = self.executive.machine
+        edge = 0 if claim is None else table.edge_index(start.path, claim.event)
+        passes = claim is not None and table.edge(start.path, claim.event).passes(self.executive.level)
+        yield from self._pictures.show(claim, start.path, edge, passes, lambda look: self._move(look, start))
 
 
 def _alive(process: simpy.Process | None) -> bool:
     return process is not None and bool(process.is_alive)
-
-
-_CLOUDS = ("cloud", "clouds")
-
-
-def brief(command: object) -> str:
-    """A command in a line of the log: clouds are left out, numbers have three decimals."""
-    if isinstance(command, float):
-        return f"{command:.3f}"
-    if isinstance(command, tuple):
-        return "(" + ", ".join(brief(x) for x in command) + ")"
-    if is_dataclass(command) and not isinstance(command, type):
-        shown = (f"{f.name}={brief(getattr(command, f.name))}" for f in fields(command) if f.name not in _CLOUDS)
-        return f"{type(command).__name__}({', '.join(shown)})"
-    return str(command)
