@@ -8,13 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from teleop_sim.channel.messages import FootstepPlan, HandPose, Message, StepDone, TemplateStep, VoxelCloud
+from teleop_sim.channel.messages import FootstepPlan, HandCloud, HandPose, Message, StepDone, TemplateStep, VoxelCloud
 from teleop_sim.machines.declare import Machine
 
 LOST: Final = frozenset({"blocked", "no_plan", "no_motion", "grip_lost", "refused", "timed_out", "stopped"})
 """Outcomes after which nothing is as it should be."""
 
-TOLD: Final = frozenset({StepDone, HandPose, FootstepPlan, VoxelCloud})
+TOLD: Final = frozenset({StepDone, HandPose, HandCloud, FootstepPlan, VoxelCloud})
 """Messages that say something of it."""
 
 ASIDE: Final = ("push", "back", "wrist", "joint_limit", "insert", "extract", "test")
@@ -64,6 +64,8 @@ class AtWork:
     Attributes:
         steps: all that was told, oldest first.
         hands: by side, when a hand's pose arrived last, and where it is.
+        seen_hands: by side, when the LIDAR's points on a hand arrived last, and which.
+        sensor_off_m: (3,) how far clouds show things from where they are, as was learnt at the hand.
         parts: of the footstep plan that is being shown, by number.
         laid: how many states had been visited, and steps been told, when a template was last laid; None: never was.
         checked: by request, what somebody who was asked to look found off: ``template``, ``hand`` or nothing (empty).
@@ -80,6 +82,8 @@ class AtWork:
 
     steps: tuple[Felt, ...] = ()
     hands: dict[str, tuple[float, HandPose]] = field(default_factory=dict)
+    seen_hands: dict[str, tuple[float, HandCloud]] = field(default_factory=dict)
+    sensor_off_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     parts: dict[int, FootstepPlan] = field(default_factory=dict)
     laid: tuple[int, int] | None = None
     checked: dict[int, str] = field(default_factory=dict)
@@ -101,6 +105,8 @@ class AtWork:
                 self.steps = (*self.steps, Felt(now_s, message, ordered[0] if ordered else " ".join(states)))
             case HandPose(side=side):
                 self.hands[side], self.poses = (now_s, message), self.poses + 1
+            case HandCloud(side=side):
+                self.seen_hands[side] = now_s, message
             case FootstepPlan(part=part, parts=parts):
                 if any(old.parts != parts or old.part == part for old in self.parts.values()):
                     self.parts = {}

@@ -8,7 +8,7 @@ answer's data are the instance's number, one byte; the template itself goes ahea
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -103,13 +103,13 @@ class TemplateGiver:
         if cloud is None:
             return None
         near = None if lying is None else lying.pose
-        self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
+        self.laid = self._align(belief, cloud, near, rng)
         for _ in range(STARTS):
             if self.laid is None or not self._strays(self.laid.pose):
                 break
             # Map and picture show that the thing is elsewhere: the template is put there by hand first.
             start = self._where_expected(rng)
-            self.laid = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, start)
+            self.laid = self._align(belief, cloud, start, rng)
         self.fits = self.laid is not None and self._right(self.laid)
         if self.laid is None or not self.fits:
             self._refused, self._tries = cloud, self._tries + 1
@@ -124,8 +124,23 @@ class TemplateGiver:
         cloud = newest_cloud(belief)
         if cloud is None:
             return None
-        found = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, near)
+        found = self._align(belief, cloud, near, rng)
         return found.fit.pose if found is not None and self._right(found) else None
+
+    def shift(self, by_m: Triple, now_s: float) -> TemplateChange | None:
+        """Move the template that lies by (3,) [m]; None: there is none."""
+        lying = self.lying()
+        return None if lying is None else self.station.move(lying.instance, shifted(lying.pose, by_m), now_s)
+
+    def _align(self, belief: Belief, cloud: VoxelCloud, near: Pose | None, rng: np.random.Generator) -> Aligned | None:
+        """Lay it over a cloud, less what clouds are known to be off; ``near``: so, too."""
+        off = belief.work.sensor_off_m
+        start = None if near is None else shifted(near, off)
+        found = self.eyes.align(self.template, cloud, self.eye_m, rng, self.figures, start)
+        if found is None or not any(off):
+            return found
+        back = (-off[0], -off[1], -off[2])
+        return Aligned(shifted(found.pose, back), replace(found.fit, pose=shifted(found.fit.pose, back)))
 
     def _right(self, laid: Aligned) -> bool:
         """Does a person think that it fits?"""
@@ -148,6 +163,12 @@ class TemplateGiver:
         """The newest instance of this template that lies in the odometry frame."""
         mine = [e for e in self.station.server.placed if (e.template, e.frame) == (self.template.type_id, "odometry")]
         return max(mine, key=lambda entry: entry.stamp, default=None)
+
+
+def shifted(pose: Pose, by_m: Triple) -> Pose:
+    """A pose moved by (3,) [m]."""
+    (x, y, z), (dx, dy, dz) = pose.position_m, by_m
+    return Pose((x + dx, y + dy, z + dz), pose.rotation_rad)
 
 
 def _point(pose: Pose, point_m: Triple) -> Triple:

@@ -58,6 +58,7 @@ class TemplateLayer:
     watched: bool = False
     _chosen: bool = field(default=False, init=False)
     _previewed: frozenset[str] = field(default=frozenset(), init=False)
+    _looked: bool = field(default=False, init=False)
 
     @property
     def thing(self) -> Handling:
@@ -84,7 +85,8 @@ class TemplateLayer:
         z = float(rng.standard_normal())
         if what == "template":
             return self._laying.look(belief, request, rng, z)
-        return self._laying.look_at_hand(belief, request, self.side, z)
+        self._looked = True
+        return self._laying.look_at_hand(belief, request, self.side, rng, z)
 
     def doing(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
         """Do by hand what a state does: its goals, or, of a state that is a person's from the start, all there are."""
@@ -92,7 +94,7 @@ class TemplateLayer:
         goals = self._whole(self.guide.goals(belief.machine, state)) or self.thing.goals
         round_no, k = 0, 0
         while k < len(goals):
-            if (yield from self._goal(belief, goals[k], rng)):
+            if (yield from self._goal(belief, request, goals[k], rng)):
                 k += 1
                 continue
             round_no += 1
@@ -109,7 +111,7 @@ class TemplateLayer:
 
     # Goals ---------------------------------------------------------------------------------------------------------
 
-    def _goal(self, belief: Belief, goal: str, rng: np.random.Generator) -> Deeds:
+    def _goal(self, belief: Belief, request: Request, goal: str, rng: np.random.Generator) -> Deeds:
         if goal == "align":
             return (yield from self._laying.align(belief, rng))
         if goal.startswith("preview"):
@@ -124,7 +126,14 @@ class TemplateLayer:
             return (yield from self._by_eye(belief, goal, rng))
         fails = 0
         while True:
-            if (yield from self._order(belief, goal)):
+            well = yield from self._order(belief, goal)
+            if goal == "grasp" and not self._looked:
+                self._looked, known, z = True, belief.work.sensor_off_m, float(rng.standard_normal())
+                yield from self._laying.look_at_hand(belief, request, self.side, rng, z)
+                if belief.work.sensor_off_m != known:
+                    yield from self._before(belief, goal)
+                    continue
+            if well:
                 return True
             fails += 1
             if belief.work.doubts_world:
@@ -151,6 +160,10 @@ class TemplateLayer:
         if last is None or last.done.outcome not in LOST or goal in ("open", "close"):
             return True
         yield from self._laying.align(belief, rng)
+        return (yield from self._before(belief, goal))
+
+    def _before(self, belief: Belief, goal: str) -> Deeds:
+        """Bring the hand to where a goal starts."""
         hand: tuple[Goal, ...] = ("pregrasp", "open", "grasp", "close")
         before = hand[: hand.index("grasp")] if goal == "grasp" else hand if goal in ("turn", "push") else ()
         goals = [g for g in before if g in self.thing.goals]

@@ -19,6 +19,7 @@ from teleop_sim.channel.template_ends import FieldTemplates
 from teleop_sim.robot.commands import Cartesian, Cloud, Command, Joints, PlanarPose, Scan, Side, Walk
 from teleop_sim.robot.footsteps import walk_bodies
 from teleop_sim.robot.gait import Gait
+from teleop_sim.robot.perception.lidar import HandPoints
 from teleop_sim.robot.programs.steps import AskData, AskStatus, Memory, Reply, Say, Show, Stepped, Wait
 from teleop_sim.robot.programs.template_steps import Instance, StepOutcome, hand_moved, instance_of, step_program
 from teleop_sim.robot.route import plain_steps
@@ -92,6 +93,9 @@ class Site(Protocol):
 
     def hand(self, side: Side) -> tuple[Vector, Vector]:
         """Tool of a hand: position [m] and rotation vector [rad], odometry frame."""
+
+    def hand_points(self, side: Side) -> HandPoints:
+        """What the LIDAR's last half turn has on a hand, and what it should have."""
 
 
 @dataclass
@@ -217,13 +221,24 @@ class Things:
         self.site.tell(msg.HandPose(side, position, rotation), f"{side} hand")
 
     def _cloud(self, asked: msg.AskCloud) -> Process:
-        """Half a turn of the LIDAR, cropped to what was asked for."""
+        """Half a turn of the LIDAR, cropped to what was asked for; and its points on the hand, if that is in there."""
         reply = yield from self.site.act(Scan(asked.middle_m))
         if not isinstance(reply.data, Cloud):
             return
         away = np.linalg.norm(reply.data.points - np.array(asked.middle_m), axis=1)
         points = reply.data.points[away <= asked.radius_m]
+        # Before the cloud: who waits for that then has both.
+        self._hand_cloud(asked)
         self.site.tell(msg.encode_voxels(points, asked.voxel_mm / 1000), f"cloud of {len(points)} points")
+
+    def _hand_cloud(self, asked: msg.AskCloud) -> None:
+        side = self.work.side
+        if math.dist(self.site.hand(side)[0], asked.middle_m) > asked.radius_m:
+            return
+        points = self.site.hand_points(side)
+        told = msg.encode_hand(side, points.seen, points.model, asked.voxel_mm / 1000)
+        if told is not None:
+            self.site.tell(told, f"{len(points.seen)} points on the {side} hand")
 
 
 def planned_footsteps(here: PlanarPose, walk: Walk, gait: Gait) -> tuple[PlanarPose, ...]:

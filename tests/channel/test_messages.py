@@ -34,6 +34,7 @@ from teleop_sim.channel.messages import (
     FootstepPlan,
     Force,
     HandBack,
+    HandCloud,
     HandlePose,
     HandPose,
     Image,
@@ -176,6 +177,13 @@ EXAMPLES = {
     "step_done": st.builds(StepDone, st.sampled_from(STEPS), st.sampled_from(OUTCOMES), thousandths),
     "ask_cloud": st.builds(AskCloud, uint16, places, uint8.map(lambda k: 0.01 * k)),
     "reset_world": st.just(ResetWorld()),
+    "hand_cloud": st.builds(
+        lambda side, at, k, mm: HandCloud(side, at, encode_voxels((k + 0.5) * mm / 1000, mm / 1000)),
+        st.sampled_from(SIDES),
+        places,
+        clouds,
+        st.integers(1, 90),
+    ),
     "hand_pose": st.builds(HandPose, st.sampled_from(SIDES), places, rotations),
     "footstep_plan": st.builds(
         lambda part, more, steps: FootstepPlan(part, part + more, tuple((*g, *y) for g, y in steps)),
@@ -270,6 +278,10 @@ def test_a_cut_message_is_bad(topic, data):
         (AskCloud(20, (1.0, 0.0, 0.0), 0.5), "a7 0014 03e800000000 32"),
         (ResetWorld(), "a8"),
         (HandPose("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "b3 01 0000000003e8 000000000000"),
+        (
+            HandCloud("right", (0.0, 0.0, 1.0), VoxelCloud(20, (1, -1, 0), 0, b"\x03\x00")),
+            "b5 01 0000000003e8 0014 0001ffff0000 00 0300",
+        ),
         (FootstepPlan(1, 2, ((2.5, -0.005, math.pi),)), "b4 01 02 01f4 ffff 7fff"),
         (FootstepGoal(2.5, -0.005, math.pi), "07 01f4 ffff 7fff"),
         (CartesianTarget("right", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), "08 01 0000000003e8 000000000000"),

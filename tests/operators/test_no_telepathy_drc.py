@@ -13,6 +13,7 @@ from teleop_sim import load_scenario
 from teleop_sim.channel.messages import (
     OUTCOMES,
     FootstepPlan,
+    HandCloud,
     HandPose,
     Image,
     LevelIs,
@@ -97,6 +98,9 @@ def noise_like(payload: bytes, rng: np.random.Generator) -> bytes:
         case HandPose(side=side):
             x, y, z = (float(v) for v in rng.uniform(0.2, 1.0, 3))
             made = HandPose(side, (x, y, z), (0.0, 0.0, 0.0))
+        case HandCloud() as hand:
+            x, y, z = (v + float(d) for v, d in zip(hand.expected_m, rng.uniform(-0.1, 0.1, 3), strict=True))
+            made = replace(hand, expected_m=(x, y, z))
         case VoxelCloud() as cloud:
             # Something that a template can be laid on, somewhere else.
             shift = (int(v) for v in rng.integers(-3, 4, 3))
