@@ -23,6 +23,8 @@ from teleop_sim.scenarios.objects import TASKS
 from teleop_sim.scenarios.robots import robot_spec
 from teleop_sim.templates.library import library
 from teleop_sim.templates.poses import Pose, pose_of, rotation
+from teleop_sim.world.disturbances import CALM, Disturbances
+from teleop_sim.world.sense_errors import Misalignment, SenseErrors
 
 TEXT = """
 schema = 1
@@ -50,12 +52,18 @@ def waiting() -> Machine:
 class Desk:
     """Somebody at the other end of a perfect link, who knows where everything is."""
 
-    def __init__(self, task: str, ghosts: tuple[tuple[float, float, float], ...] = (), seed: int = 1) -> None:
+    def __init__(
+        self,
+        task: str,
+        ghosts: tuple[tuple[float, float, float], ...] = (),
+        seed: int = 1,
+        disturbances: Disturbances = CALM,
+    ) -> None:
         scenario = read_scenario(TEXT.replace("TASK", task), "a.toml", "a")
         self.task, self.env, self.records = TASKS[task], simpy.Environment(), []
         self.site = self.task.site(scenario, partial(stream, seed, 0))
         physics = Fresh()
-        body = physics.body(robot_spec(scenario), self.site.scenery)
+        body = physics.body(robot_spec(scenario), self.site.scenery, disturbances)
         score = self.site.score(body.plant.joint_names)
         self.robot = RobotOnSite(self.env, body, score, seed, 0, self.records.append, physics)
         self.heard: list[msg.Message] = []
@@ -169,6 +177,29 @@ def test_a_cloud_shows_the_region_that_was_asked_for_and_waits_for_a_movement_to
     # A voxel's middle is at most half its diagonal, 1.7 cm, from a point in it.
     assert len(away) > 100
     assert away.max() < 0.42
+
+
+@pytest.mark.parametrize("shift_m", [(0.0, 0.0, 0.0), (0.0, 0.03, 0.04)])
+def test_a_cloud_of_the_place_brings_one_of_the_hand_as_far_off_as_the_sensor_is(shift_m):
+    desk = Desk("drc-door", disturbances=Disturbances(senses=SenseErrors(lidar=Misalignment(shift_m=shift_m))))
+    at, thing = desk.lay(true_pose(desk)), desk.site.scenery
+    desk.send(msg.AskCloud(20, (5.0, 0.0, 1.0), 0.4))
+    desk.wait(msg.VoxelCloud)
+    assert not desk.of(msg.HandCloud)
+    desk.step(at, "pregrasp")
+    desk.send(msg.AskCloud(20, thing.place, 0.6))
+    desk.wait(msg.VoxelCloud)
+    kinds = [type(m) for m in desk.heard]
+    # Together, and before the cloud that somebody waits for.
+    assert kinds[kinds.index(msg.HandCloud) + 1] is msg.VoxelCloud
+    (hand,) = desk.of(msg.HandCloud)
+    assert (hand.side, hand.voxels.voxel_mm) == ("left", 20)
+    assert len(hand.voxels.centres_m()) > 40
+    # Atlas' head is level. Four times the 2.3 mm that were measured in each direction.
+    assert hand.offset_m() == pytest.approx(tuple(-v for v in shift_m), abs=4 * 0.0023)
+    tool = np.array(desk.of(msg.HandPose)[-1].position_m)
+    # A hand's middle is within a hand of its tool.
+    assert np.linalg.norm(np.array(hand.expected_m) - tool) < 0.13
 
 
 def test_a_stop_during_an_order_ends_it_and_another_can_follow():
