@@ -62,8 +62,8 @@ class InLieu:
     part: str = ""
 
 
-def _off(what: str) -> Callable[[Belief, Request], bool]:
-    return lambda belief, request: belief.work.checked.get(request.request, "") == what
+def _off(*what: str) -> Callable[[Belief, Request], bool]:
+    return lambda belief, request: belief.work.checked.get(request.request, "") in what
 
 
 def _last(belief: Belief) -> str:
@@ -99,7 +99,8 @@ EVIDENCE: Final[Mapping[str, Callable[[Belief, Request], bool]]] = MappingProxyT
     {
         "": lambda _belief, _request: True,
         "template_off": _off("template"),
-        "hand_off": _off("hand"),
+        "hand_off": _off("hand", "sensor"),
+        "sensor_off": _off("sensor"),
         "lost": lambda belief, _request: _last(belief) in LOST,
         "pushed": lambda belief, _request: pushed(belief),
         "shut": lambda belief, _request: (

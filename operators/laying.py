@@ -135,6 +135,7 @@ class Laying:
             return True
         work.checked[request.request] = "hand"
         if float(np.linalg.norm(aside)) / seen.sigma_m + z > SHOWS_SD:
+            work.checked[request.request] = "sensor"
             # By hand, and by eye.
             yield self._moving(belief, aside + eye_m(self.giver.figures, cloud.voxel_m) * rng.standard_normal(3))
         return False

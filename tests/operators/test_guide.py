@@ -127,10 +127,15 @@ def test_what_was_found_off_is_repeated_twice_at_most():
     assert chosen(DOOR, belief, request) == "skip"
     belief.work.checked[1] = "template"
     assert [chosen(DOOR, belief, request) for _ in range(3)] == ["pregrasp", "pregrasp", "skip"]
-    # What was learnt at the hand has moved the template: the hand goes all the way anew.
-    belief, request = at(DOOR, "Open_Door/Go_to_Grasp/Optional_Template_Adjustment", "skip")
     belief.work.checked[1] = "hand"
-    assert [chosen(DOOR, belief, request) for _ in range(3)] == ["pregrasp", "pregrasp", "skip"]
+    assert [chosen(DOOR, belief, request) for _ in range(3)] == ["grasp", "grasp", "skip"]
+
+
+def test_a_hand_goes_all_the_way_anew_where_it_was_learnt_that_clouds_are_off():
+    belief, request = at(DOOR, "Open_Door/Go_to_Grasp/Optional_Template_Adjustment", "skip")
+    belief.work.checked[1] = "sensor"
+    # It is off, too.
+    assert [chosen(DOOR, belief, request) for _ in range(5)] == ["pregrasp", "pregrasp", "grasp", "grasp", "skip"]
 
 
 def test_the_first_failure_is_tried_anew_where_it_would_end_the_container_the_second_is_done_by_hand():
