@@ -121,7 +121,7 @@ class TemplateLayer:
         if self.giver.lying() is None and not (yield from self._laying.align(belief, rng)):
             return False
         if goal == "stand":
-            return (yield from self._stand(belief, rng))
+            return (yield from self._stand(belief, request, rng))
         if goal == "adjust":
             return (yield from self._by_eye(belief, goal, rng))
         fails = 0
@@ -143,8 +143,8 @@ class TemplateLayer:
             if not (yield from self._regain(belief, goal, rng)):
                 return False
 
-    def _stand(self, belief: Belief, rng: np.random.Generator) -> Deeds:
-        """Walk to where the thing is in reach, if it is not, and lay the template anew from there."""
+    def _stand(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
+        """Walk to where the thing is in reach, if it is not, and look from there whether the template still fits."""
         if belief.work.stands_there:
             return True
         ghosts = tuple(goal for goal in self.thing.goals if goal.startswith("preview")) if self.watched else ()
@@ -152,7 +152,8 @@ class TemplateLayer:
         if not (yield from self._order(belief, "stand", tuple(map(self._ghost, ghosts)))):
             return False
         belief.work.note_walk(len(belief.visited))
-        return (yield from self._laying.align(belief, rng))
+        yield from self._laying.look(belief, request, rng, float(rng.standard_normal()))
+        return True
 
     def _regain(self, belief: Belief, goal: str, rng: np.random.Generator) -> Deeds:
         """Bring everything to where the goal can be tried again: the template laid anew, the hand before or at it."""
