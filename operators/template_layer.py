@@ -144,12 +144,17 @@ class TemplateLayer:
                 return False
 
     def _stand(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
-        """Walk to where the thing is in reach, if it is not, and look from there whether the template still fits."""
+        """Walk to where the thing is in reach, if it is not, and look from there whether the template still fits.
+
+        In a team somebody else sees to the footsteps, of which more than ten had to be put by hand (Romay et al., section
+        6.1.2); whoever works looks at the ghosts meanwhile, which do not depend on where the robot stands.
+        """
         if belief.work.stands_there:
             return True
-        ghosts = tuple(goal for goal in self.thing.goals if goal.startswith("preview")) if self.watched else ()
-        self._previewed |= set(ghosts)
-        if not (yield from self._order(belief, "stand", tuple(map(self._ghost, ghosts)))):
+        for goal in [g for g in self.thing.goals if g.startswith("preview")] if self.watched else []:
+            yield self._ghost(goal)
+            self._previewed |= {goal}
+        if not (yield from self._order(belief, "stand")):
             return False
         belief.work.note_walk(len(belief.visited))
         yield from self._laying.look(belief, request, rng, float(rng.standard_normal()))
@@ -178,13 +183,13 @@ class TemplateLayer:
     def _ghost(self, goal: str) -> Deed:
         return Deed("template", f"ghost of the {goal.split()[1]}", self._pieces["preview"], only())
 
-    def _order(self, belief: Belief, goal: str, meanwhile: tuple[Deed, ...] = ()) -> Deeds:
+    def _order(self, belief: Belief, goal: str) -> Deeds:
         """Order a step, wait, judge; of a turn as many goes as bring something.
 
-        Who is relieved of watching does something else meanwhile, such as choosing what comes next.
+        Who is relieved of watching chooses meanwhile what comes next.
         """
-        if self.watched and not meanwhile:
-            meanwhile = (Deed("template", "choose what comes next", self._pieces["choose"], only()),)
+        next_one = Deed("template", "choose what comes next", self._pieces["choose"], only())
+        meanwhile = (next_one,) if self.watched else ()
         for _ in range(GOES):
             order, name = self._step(belief, goal)
             spared_s = self._pieces["choose"] if self._chosen else 0.0
