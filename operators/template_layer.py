@@ -146,8 +146,8 @@ class TemplateLayer:
     def _stand(self, belief: Belief, request: Request, rng: np.random.Generator) -> Deeds:
         """Walk to where the thing is in reach, if it is not, and look from there whether the template still fits.
 
-        In a team somebody else sees to the footsteps, of which more than ten had to be put by hand (Romay et al., section
-        6.1.2); whoever works looks at the ghosts meanwhile, which do not depend on where the robot stands.
+        In a team somebody else sees to the footsteps, of which more than ten had to be put by hand (Romay et al.,
+        section 6.1.2); whoever works looks at the ghosts meanwhile, which do not depend on where the robot stands.
         """
         if belief.work.stands_there:
             return True
