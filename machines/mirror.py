@@ -7,7 +7,7 @@ mirror is out of step: it then takes the newest message for the truth, and ``wan
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 
 from teleop_sim.machines.declare import Machine
@@ -181,7 +181,9 @@ class Mirror:
         """What the present snapshot packs to; nothing if it holds numbers that the machine lacks."""
         now = self.snapshot
         if self._packed[0] is not now:
-            self._packed = now, now.pack() if _fits(self.machine.net, now) else b""
+            # All else was looked at as it came.
+            sound = all(0 <= node < len(self.machine.net.nodes) for node in now.locked)
+            self._packed = now, now.pack() if sound else b""
         return self._packed[1]
 
     def _expect(self, node: int, by: str) -> Configuration:
@@ -208,12 +210,12 @@ class Mirror:
 def _fits(net: Net, found: Snapshot) -> bool:
     """Are all numbers ones of the machine?"""
 
-    def below(numbers: Iterable[int], most: int) -> bool:
-        return all(0 <= n < most for n in numbers)
+    def below(numbers: Sequence[int], most: int) -> bool:
+        return not numbers or (min(numbers) >= 0 and max(numbers) < most)
 
     now = found.configuration
     return (
-        below((*now.active, *found.locked, *(a.node for a in found.asked)), len(net.nodes))
+        below((*now.active, *found.locked, *[a.node for a in found.asked]), len(net.nodes))
         and below(now.parked, len(net.edges))
-        and below((a.edge + 1 for a in found.asked), len(net.edges) + 1)
+        and below([a.edge + 1 for a in found.asked], len(net.edges) + 1)
     )

@@ -115,7 +115,7 @@ class Net:
 
     def on_path(self, configuration: Configuration, node: int) -> bool:
         """Is the node active, or something in it?"""
-        return any(self.inside(active, node) for active in configuration.active)
+        return node in configuration.active or any(self.inside(active, node) for active in configuration.active)
 
     def containers(self, node: int) -> Iterator[int]:
         """The containers around a node, inner first, without the top."""

@@ -77,9 +77,9 @@ class Snapshot:
         their count; all of these have one byte, or two each where one of them is above 255 (wide).
         """
         now, outcome = self.configuration, self.configuration.outcome.encode()
-        asked = tuple(n for a in self.asked for n in (a.request, REQUEST_KINDS.index(a.kind), a.node, a.edge + 1))
+        asked = [n for a in self.asked for n in (a.request, REQUEST_KINDS.index(a.kind), a.node, a.edge + 1)]
         lists = (now.active, now.parked, self.locked, asked)
-        numbers = tuple(n for some in lists for n in (len(some), *some))
+        numbers = [n for some in lists for n in (len(some), *some)]
         wide = max(numbers) > _NARROW
         flags = self.level | MODES.index(self.mode) << 2 | self.paused << 4 | wide << 5
         head = _HEAD.pack(self.behaviour, flags, self.count, len(outcome))

@@ -132,6 +132,18 @@ def judged_record(now_s: float, request: int, event: str, picture: int, judgemen
     )  # fmt: skip
 
 
+def either(first: simpy.Event, second: simpy.Event) -> simpy.Event:
+    """What happens as soon as one of two does, both still to come: ``first | second`` without a value, and cheaper."""
+    over = simpy.Event(first.env)
+
+    def pass_on(_event: simpy.Event) -> None:
+        trigger(over)
+
+    for event in (first, second):
+        event.callbacks.append(pass_on)
+    return over
+
+
 def trigger(event: simpy.Event) -> None:
     """Let an event happen, once."""
     if not event.triggered:

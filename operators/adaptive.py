@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
 from teleop_sim.channel.messages import Message, SetLevel, SyncRequest
@@ -41,10 +42,10 @@ class Adaptive(Supervise):
         """``SetLevel``, and ``SyncRequest`` when nothing comes any more."""
         if self._silent(belief, now_s, briefing) and now_s >= self._free_s(belief, SyncRequest.topic, briefing):
             return (SyncRequest(),)
-        level = self.level(belief, now_s, briefing)
-        if level == belief.mirror.level or now_s < self._free_s(belief, SetLevel.topic, briefing):
+        if now_s < self._free_s(belief, SetLevel.topic, briefing):
             return ()
-        return (SetLevel(level),)
+        level = self.level(belief, now_s, briefing)
+        return () if level == belief.mirror.level else (SetLevel(level),)
 
     def wake_s(self, belief: Belief, now_s: float, briefing: Briefing, /) -> float:
         """When silence begins to tell, a failure is forgotten, or a change is free again."""
@@ -52,21 +53,21 @@ class Adaptive(Supervise):
             self._silent_from_s(belief, briefing),
             self._free_s(belief, SetLevel.topic, briefing),
             self._free_s(belief, SyncRequest.topic, briefing),
-            *(t_s + self.window_s for t_s in belief.failed_s[-self.fails :]),
+            *[t_s + self.window_s for t_s in belief.failed_s[-self.fails :]],
         ]
-        return min((t_s for t_s in times_s if t_s > now_s), default=math.inf)
+        return min([t_s for t_s in times_s if t_s > now_s], default=math.inf)
 
     def level(self, belief: Belief, now_s: float, briefing: Briefing) -> int:
         """The level that is wanted now, 0 to 3."""
         seen_s = briefing.round_trip_s if belief.trip_s is None else belief.trip_s
         trip_s = math.inf if self._silent(belief, now_s, briefing) else seen_s
         least, most = self._bound(trip_s / self.margin), self._bound(trip_s * self.margin)
-        lately = sum(now_s - t_s < self.window_s for t_s in belief.failed_s)
-        careful = 1 if lately >= self.fails else 0
+        lately = [t_s for t_s in belief.failed_s if now_s - t_s < self.window_s]
+        careful = 1 if len(lately) >= self.fails else 0
         return max(0, min(max(belief.mirror.level, least - careful), most - careful))
 
     def _bound(self, trip_s: float) -> int:
-        return sum(trip_s >= bound_s for bound_s in self.slow_s)
+        return bisect_right(self.slow_s, trip_s)
 
     def _silent_from_s(self, belief: Belief, briefing: Briefing) -> float:
         return belief.heard_s + self.beats * briefing.heartbeat_s if briefing.heartbeat_s > 0.0 else math.inf
@@ -76,5 +77,5 @@ class Adaptive(Supervise):
 
     def _free_s(self, belief: Belief, topic: str, briefing: Briefing) -> float:
         """From when something of a kind may be sent again."""
-        sent_s, _ = belief.sent.get(topic, (-math.inf, None))
-        return sent_s + briefing.round_trip_s + self.hold_s
+        sent = belief.sent.get(topic)
+        return -math.inf if sent is None else sent[0] + briefing.round_trip_s + self.hold_s

@@ -29,7 +29,7 @@ from teleop_sim.operators.at_work import TOLD, AtWork, walks
 from teleop_sim.operators.interventions import failed_state
 from teleop_sim.operators.verification import Judgement
 
-VIEWS = (Image, WebpImage, VoxelCloud, HandlePose, JointState)
+VIEWS = frozenset({Image, WebpImage, VoxelCloud, HandlePose, JointState})
 """What shows the robot or its surroundings as they were when it was sent."""
 
 ANSWERS = (Answer, Chat, Confirm, Force, HandBack, Reject)
@@ -76,6 +76,7 @@ class Belief:
         self.in_lieu: dict[str, int] = {}
         self.moves: dict[int, int] = {}
         self._answered: dict[int, float] = {}
+        self._timed: Snapshot | None = None
         self.judged: dict[int, Judgement] = {}
         self.refused: dict[int, int] = {}
         self.work = AtWork()
@@ -90,29 +91,34 @@ class Belief:
 
     def take(self, message: Message, now_s: float = 0.0) -> Edge | None:
         """Remember what a message, which the mirror has taken, says; returns the transition that it told of, if any."""
-        table = self.machine.table
-        self.heard_s = now_s
-        if type(message) in VIEWS:
+        kind, self.heard_s = type(message), now_s
+        if kind in VIEWS:
             self.views[message.topic] = now_s, message
-        self._time_trips(now_s)
-        self._look(message)
-        if type(message) in TOLD:
+        if self._answered and self._timed is not self.mirror.snapshot:
+            self._time_trips(now_s)
+        if kind is Image or kind is Marks:
+            self._look(message)
+        if kind in TOLD:
             self.work.take(message, now_s, self.mirror.states)
-        if type(message) is MirrorUpdate and message.edge < len(table) and self.mirror.stranger is None:
-            edge = table[message.edge]
-            self.refused.pop(message.edge, None)
-            # A lost update leaves a gap: the edge itself says where the machine must have been.
-            if walks(self.machine, edge.state, now_s - self._since_s):
-                self.work.note_walk(len(self.visited))
-            self._since_s = now_s
-            self._visit((edge.state, *self._entered(edge)))
-            self._count(edge, now_s)
-            return edge
+        if type(message) is MirrorUpdate and message.edge < len(self.machine.table) and self.mirror.stranger is None:
+            return self._went(message.edge, now_s)
         if self._placed is not self.mirror.snapshot:
             self._placed, states = self.mirror.snapshot, self.mirror.states
             if not self.visited or self.visited[-1] not in states:
                 self._visit(states)
         return None
+
+    def _went(self, number: int, now_s: float) -> Edge:
+        """The machine has taken this outcome."""
+        edge = self.machine.table[number]
+        self.refused.pop(number, None)
+        # A lost update leaves a gap: the edge itself says where the machine must have been.
+        if walks(self.machine, edge.state, now_s - self._since_s):
+            self.work.note_walk(len(self.visited))
+        self._since_s = now_s
+        self._visit((edge.state, *self._entered(edge)))
+        self._count(edge, now_s)
+        return edge
 
     def shown(self, request: Request) -> tuple[Image, Marks] | None:
         """The picture and the marks that belong to the outcome which a request asks about, if both have arrived."""
@@ -170,6 +176,7 @@ class Belief:
         """Remember what was sent: in answer to a request, or (0) because somebody wanted it."""
         if request and isinstance(message, ANSWERS):
             self._answered.setdefault(request, now_s)
+            self._timed = None
         elif not request:
             self.sent[message.topic] = now_s, message
 
@@ -196,9 +203,8 @@ class Belief:
 
     def _time_trips(self, now_s: float) -> None:
         """The effect of an answer is seen when its request is no longer open."""
-        if not self._answered:
-            return
-        still = {asked.request for asked in self.mirror.asked}
+        self._timed = self.mirror.snapshot
+        still = [asked.request for asked in self.mirror.asked]
         for number in [n for n in self._answered if n not in still]:
             seen_s = now_s - self._answered.pop(number)
             self.trip_s = seen_s if self.trip_s is None else self.trip_s + _GAIN * (seen_s - self.trip_s)

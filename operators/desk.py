@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from teleop_sim.channel.messages import Message, Request
+from teleop_sim.channel.messages import Message, Request, RequestKind
+from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.sync import Asked
 from teleop_sim.operators.acts import Briefing, Send
 from teleop_sim.operators.belief import Belief
 from teleop_sim.operators.deeds import Deeds
 from teleop_sim.operators.guide import Check
 from teleop_sim.operators.memo import FreshEyes
 from teleop_sim.operators.policies import Policy
-from teleop_sim.operators.roles import Role
+from teleop_sim.operators.roles import Role, role_of
 from teleop_sim.operators.timing import OperatorTiming
 from teleop_sim.operators.verification import CRITERION
 
@@ -92,6 +94,26 @@ class Desk:
     hands: Hands | None = None
     seats: dict[Role, Person] = field(default_factory=dict)
     eyes: FreshEyes = field(default_factory=FreshEyes)
+    _machine: Machine | None = field(default=None, init=False, repr=False)
+    _roles: dict[tuple[str, int], Role] = field(default_factory=dict, init=False, repr=False)
+    _opened: dict[Asked, Request] = field(default_factory=dict, init=False, repr=False)
+
+    def role(self, request: Request) -> Role:
+        """Who answers it (``role_of``), looked up once for each state and kind of request."""
+        machine, asked = self.belief.machine, (request.kind, request.node)
+        if machine is not self._machine:
+            self._machine, self._roles = machine, {}
+        if asked not in self._roles:
+            self._roles[asked] = role_of(machine, request)
+        return self._roles[asked]
+
+    def opened(self, asked: Asked) -> tuple[Request, Role]:
+        """A request that the mirror shows, the same for everybody, and whose it is."""
+        request = self._opened.get(asked)
+        if request is None:
+            kind = cast(RequestKind, asked.kind)
+            request = self._opened[asked] = Request(asked.request, kind, asked.node, asked.edge)
+        return request, self.role(request)
 
     def giver(self, request: Request) -> Giver | None:
         """Who meets this request for data."""

@@ -9,7 +9,7 @@ import simpy
 
 from teleop_sim.channel.messages import Message, Request, TemplateInsert, TemplateMove, encode_message
 from teleop_sim.core.records import Layer
-from teleop_sim.operators.acts import Process, Purpose
+from teleop_sim.operators.acts import Process, Purpose, either
 from teleop_sim.operators.clouds import ask_s
 from teleop_sim.operators.deeds import Awaited, Deed, Deeds
 from teleop_sim.operators.desk import Wanting, wanted
@@ -95,7 +95,7 @@ class Handworker(Worker):
         due_s = self._env.now + wait_s
         while not arrived() and self._env.now < due_s:
             self._news = self._env.event()
-            yield self._news | self._env.timeout(due_s - self._env.now)
+            yield either(self._news, self._env.timeout(due_s - self._env.now))
 
     def _arrival(self, what: Awaited) -> Callable[[], bool]:
         """Has something of this kind arrived since now?"""

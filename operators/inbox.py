@@ -6,11 +6,10 @@ Requests come from the mirror, whatever has brought them there; those that it sh
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import simpy
 
-from teleop_sim.channel.messages import FootstepPlan, Image, LogLine, Message, Request, RequestKind, encode_message
+from teleop_sim.channel.messages import FootstepPlan, Image, LogLine, Message, Request, encode_message
 from teleop_sim.core.records import Emit
 from teleop_sim.machines.sync import Snapshot
 from teleop_sim.operators.acts import Purpose, Unanswered, Urgency, trigger
@@ -19,12 +18,18 @@ from teleop_sim.operators.belief import VIEWS
 from teleop_sim.operators.desk import Desk, Errand, Order
 from teleop_sim.operators.handwork import Handworker
 from teleop_sim.operators.human import Human
-from teleop_sim.operators.roles import Role, role_of
+from teleop_sim.operators.roles import Role
 from teleop_sim.operators.speech import Talker
 from teleop_sim.operators.timing import OperatorTiming
 
 SEEN = frozenset({*VIEWS, *TOLD})
 """What somebody may be waiting for."""
+
+_SHOWING = frozenset({*VIEWS, FootstepPlan})
+"""What may make it possible to give what could not be given."""
+
+_READ_BY: dict[type[Message], Role] = {LogLine: "supervisor", Image: "immersed"}
+"""Who reads what, or looks at it, when nothing else is to be done."""
 
 
 class Inbox(Handworker):
@@ -55,7 +60,6 @@ class Inbox(Handworker):
         self._policy = desk.policy
         self._reading_rng = self._draws(Purpose.READ, *((seat,) if seat else ()))
         self._noticed: Snapshot | None = None
-        self._policy_due_s = math.inf
         self._requests: list[Request] = []
         self._given: dict[int, tuple[Message, ...]] = {}
         self._serving = 0
@@ -64,38 +68,46 @@ class Inbox(Handworker):
         self._errands: list[Errand] = []
         self._unanswered: dict[int, Unanswered] = {}
         self._tries: dict[int, int] = {}
+        self._leads = "supervisor" in roles
+        self._reads = frozenset(kind for kind, role in _READ_BY.items() if role in roles)
+        self._minds = SEEN | self._reads
+        self._rests, self._due_s = False, math.inf
+        self._alarm, self._alarm_s = env.timeout(0.0), 0.0
 
     def notice(self, message: Message) -> None:
         """Something has arrived, and the displays have changed. What is for this person waits for attention."""
-        shown = self.belief.mirror.snapshot
+        shown, kind = self.belief.mirror.snapshot, type(message)
         # Most messages change nothing of what the mirror shows.
-        changed = shown is not self._noticed or bool(self._orders or self._errands or self.talks)
-        if changed:
+        if shown is not self._noticed or self._orders or self._errands or self.talks:
             self._noticed = shown
             self._take_in(shown)
-        kind = type(message)
-        if kind in VIEWS or kind is FootstepPlan:
+        elif kind not in self._minds:
+            if self._leads and self._rests and self._finds_work():
+                trigger(self._news)
+            return
+        if self._tries and kind in _SHOWING:
             self._try_again()
-        if (type(message) is LogLine and "supervisor" in self.roles) or (
-            type(message) is Image and "immersed" in self.roles
-        ):
+        if kind in self._reads and isinstance(message, LogLine | Image):
             self._unread.append(message)
-            changed = True
         # To wake somebody for nothing takes longer than all the rest.
-        if not self._news.triggered and (changed or kind in SEEN or self._minds()):
-            self._news.succeed()
+        if not self._rests or self._finds_work():
+            trigger(self._news)
 
-    def _minds(self) -> bool:
-        """Does the policy want something else than it did when this person, if it is the supervisor, began to wait?"""
-        if "supervisor" not in self.roles:
-            return False
-        return self._wake_s() != self._policy_due_s or bool(self._advice())
+    def _finds_work(self) -> bool:
+        """Is there something to do for a person at rest, or is the alarm to be set anew?"""
+        if self._requests or self._orders or self._errands or self.talks or self._unread:
+            return True
+        if self._leads and self._advice():
+            return True
+        due_s = self._next_due_s()
+        return (due_s < math.inf) != (self._due_s < math.inf) or due_s < self._alarm_s
 
-    def _wake_s(self) -> float:
-        """When the policy wants to be asked again."""
-        if "supervisor" not in self.roles:
-            return math.inf
-        return self._policy.wake_s(self.belief, float(self._env.now), self._desk.briefing)
+    def _next_due_s(self) -> float:
+        """When an answer is overdue, or the policy wants to be asked again."""
+        due_s = min([late.due_s for late in self._unanswered.values()]) if self._unanswered else math.inf
+        if not self._leads:
+            return due_s
+        return min(due_s, self._policy.wake_s(self.belief, float(self._env.now), self._desk.briefing))
 
     def _take_in(self, shown: Snapshot) -> None:
         """Open requests, and where the machine is, may have changed."""
@@ -105,7 +117,9 @@ class Inbox(Handworker):
             self._close()
         for asked in shown.asked:
             if asked.request not in self._asked:
-                self._open(Request(asked.request, cast(RequestKind, asked.kind), asked.node, asked.edge))
+                request, role = self._desk.opened(asked)
+                if role in self.roles:
+                    self._open(request)
         if self._asked or self._unanswered:
             self._weigh()
 
@@ -123,8 +137,6 @@ class Inbox(Handworker):
 
     def _open(self, request: Request) -> None:
         """A request that the mirror shows, whether it came by itself or with the whole state."""
-        if role_of(self.belief.machine, request) not in self.roles:
-            return
         self._asked[request.request] = request
         new = request.request not in self._given and request.request != self._serving
         if new and not self._has_checked(request):
@@ -194,7 +206,8 @@ class Inbox(Handworker):
         If it is elsewhere they are over, even if no transition was seen; the whole state may tell that they are not.
         """
         standing = {n: r for n, r in self._asked.items() if self.belief.is_at(r)}
-        self._unanswered = {n: u for n, u in self._unanswered.items() if n in standing}
+        if self._unanswered:
+            self._unanswered = {n: u for n, u in self._unanswered.items() if n in standing}
         for number, request in standing.items():
             if self._given.get(number) and number not in self._unanswered and number != self._serving:
                 self._expect(request, self._given[number])
@@ -213,7 +226,7 @@ class Inbox(Handworker):
 
     def _advice(self) -> tuple[Message, ...]:
         """What the policy wants sent although nobody asked."""
-        if "supervisor" not in self.roles:
+        if not self._leads:
             return ()
         return self._policy.advise(self.belief, float(self._env.now), self._desk.briefing)
 

@@ -20,7 +20,7 @@ from teleop_sim.channel.messages import (
     Request,
     ResetWorld,
 )
-from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe
+from teleop_sim.operators.acts import Process, Purpose, Unanswered, Urgency, describe, either
 from teleop_sim.operators.desk import Errand, Order, wanted
 from teleop_sim.operators.human import happens, misjudged
 from teleop_sim.operators.inbox import Inbox
@@ -51,14 +51,16 @@ class Person(Inbox):
                 yield from self._wait()
 
     def _wait(self) -> Process:
-        self._news = self._env.event()
-        due_s = min((u.due_s for u in self._unanswered.values()), default=math.inf)
-        self._policy_due_s = self._wake_s()
-        due_s = min(due_s, self._policy_due_s)
-        if due_s == math.inf:
-            yield self._news
+        self._news, self._rests = self._env.event(), True
+        self._due_s = self._next_due_s()
+        if self._due_s < math.inf:
+            # One that rings too soon is cheaper than one more for each message that puts it off.
+            if self._alarm.processed or self._due_s < self._alarm_s:
+                self._alarm, self._alarm_s = self._env.timeout(self._due_s - self._env.now), self._due_s
+            yield either(self._news, self._alarm)
         else:
-            yield self._news | self._env.timeout(due_s - self._env.now)
+            yield self._news
+        self._rests = False
 
     # What is done --------------------------------------------------------------------------------------------------
 

@@ -48,6 +48,8 @@ class StepDown(Supervise):
 
     def advise(self, belief: Belief, now_s: float, briefing: Briefing, /) -> tuple[Message, ...]:
         """``TakeOver`` of a state that has failed too often and is at work again."""
+        if not belief.failed:
+            return ()
         busy = {asked.node for asked in belief.mirror.asked}
         for state in belief.mirror.states:
             node = belief.machine.net.by_path[state]

@@ -21,10 +21,10 @@ from teleop_sim.channel.messages import (
     encode_message,
 )
 from teleop_sim.core.records import Emit, OperatorActed
-from teleop_sim.operators.acts import Process, Purpose, Urgency, describe, judged_record, trigger
+from teleop_sim.operators.acts import Process, Purpose, Urgency, describe, either, judged_record, trigger
 from teleop_sim.operators.desk import Desk
 from teleop_sim.operators.human import Human, happens, slipped
-from teleop_sim.operators.roles import Role, role_of
+from teleop_sim.operators.roles import Role
 from teleop_sim.operators.speech import Talk, Talker
 from teleop_sim.operators.timing import OperatorTiming, words_in
 from teleop_sim.operators.workload import Load
@@ -97,7 +97,7 @@ class Worker:
         due_s = asked_s + briefing.round_trip_s + self._timing.patience_s
         while self.belief.seen_s < asked_s + NEWER * briefing.round_trip_s and self._env.now < due_s:
             self._news = self._env.event()
-            yield self._news | self._env.timeout(due_s - self._env.now)
+            yield either(self._news, self._env.timeout(due_s - self._env.now))
 
     def _compare(self, request: Request) -> None:
         """Lay the marks of a claim over its picture, both as they arrived, and judge."""
@@ -132,7 +132,7 @@ class Worker:
         """Work that ends at once for anything more urgent. Returns whether it was ended."""
         self._called, self._bar = self._env.event(), urgency
         done = self._env.timeout(duration_s)
-        yield self._called | done
+        yield either(self._called, done)
         self._bar = Urgency.HELP
         return not done.processed
 
@@ -180,7 +180,7 @@ class Worker:
         asked = self._asked.get(request)
         if self._acting is not None:
             return self._acting
-        return self.roles[0] if asked is None else role_of(self.belief.machine, asked)
+        return self.roles[0] if asked is None else self._desk.role(asked)
 
     def _draws(self, purpose: Purpose, *numbers: int) -> np.random.Generator:
         """A stream of its own, so that no act shifts the times of another."""
