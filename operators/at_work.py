@@ -69,7 +69,7 @@ class AtWork:
         parts: of the footstep plan that is being shown, by number.
         laid: how many states had been visited, and steps been told, when a template was last laid; None: never was.
         checked: by request, what somebody who was asked to look found off: ``template``, ``hand``, ``sensor`` (it,
-            as clouds are) or nothing (empty).
+            as clouds are) or nothing (empty); ``world``: the world model was reset before the answer.
         chosen: by state, how often each of its outcomes was chosen.
         done: by request, whether what was done by hand succeeded.
         last_by_hand: the state that was done by hand last.

@@ -26,7 +26,7 @@ from teleop_sim.channel.messages import (
 from teleop_sim.machines.declare import Edge
 from teleop_sim.operators.acts import Briefing
 from teleop_sim.operators.belief import Belief
-from teleop_sim.operators.guide import Guide, load_guide
+from teleop_sim.operators.guide import Guide, ends_all, load_guide, world_first
 from teleop_sim.operators.step_down import StepDown
 
 LATELY = 6
@@ -66,9 +66,9 @@ class Collaborate(StepDown):
         del now_s, briefing
         if self.level_there is not None and belief.work.walks and SetLevel.topic not in belief.sent:
             return (SetLevel(self.level_there),)
-        # Who acts by hand sees to it himself.
-        by_hand = any(asked.kind == "act" for asked in belief.mirror.asked)
-        return (ResetWorld(),) if belief.work.doubts_world and not by_hand else ()
+        # Who acts by hand sees to it himself; before some answers it is seen to anyhow.
+        seen_to = any(asked.kind == "act" or world_first(belief, asked) for asked in belief.mirror.asked)
+        return (ResetWorld(),) if belief.work.doubts_world and not seen_to else ()
 
     def wake_s(self, _belief: Belief, _now_s: float, _briefing: Briefing, /) -> float:
         """Never: advice depends on what arrives."""
@@ -90,18 +90,23 @@ class Collaborate(StepDown):
         return (HandBack(request.request),)
 
     def _failing(self, belief: Belief, request: Request, edge: Edge) -> tuple[Message, ...]:
-        """Of a state that was just done by hand: its success; else a new try; else by hand; else let it fail."""
+        """Of a state that was just done by hand: its success; else a new try; else by hand; else let it fail.
+
+        In a world model that is new a failure says nothing yet: another try, however often it has failed.
+        """
         state, machine = edge.state, belief.machine
         done = next((e.event for e in machine.outcomes_of(state) if e.kind == "done"), "")
         if done and belief.work.last_by_hand in belief.visited[-LATELY:-1] and _executes(belief, state):
             return (Force(machine.edge_index(state, done), belief.mirror.seen),)
+        if belief.work.checked.get(request.request) == "world":
+            return (Reject(request.request),)
         fails = belief.failed.get(state, 0) + belief.refused.get(request.edge, 0) + 1
         able = bool(self.guide.goals(machine, state)) and not belief.in_lieu.get(state, 0)
         # Who had to step in once steps in at once.
         after = 1 if belief.in_lieu else self.after
         if fails >= after and able:
             return (TakeOver(request.node),)
-        if fails < self.after and _ends_all(belief, edge):
+        if fails < self.after and ends_all(machine, edge):
             return (Reject(request.request),)
         return (Confirm(request.request),)
 
@@ -109,9 +114,3 @@ class Collaborate(StepDown):
 def _executes(belief: Belief, state: str) -> bool:
     """Does the state carry out what the one before it has planned? If that was done by hand, so was this."""
     return belief.machine.leaf(state).program.startswith("Execute")
-
-
-def _ends_all(belief: Belief, edge: Edge) -> bool:
-    """Does the failure end the container that the state is in, with nobody asked what to do next?"""
-    target = edge.next_state
-    return target not in belief.machine.state_names or edge.state.startswith(f"{target}/")

@@ -133,8 +133,19 @@ class Order:
 
 @dataclass(frozen=True)
 class Errand:
-    """Before a request is answered, somebody is to have a look at something, for whoever answers it."""
+    """Before a request is answered, somebody is to see to something, for whoever answers it."""
 
     request: Request
     what: Check
     asker: Inbox
+
+    @property
+    def said(self) -> str:
+        """How it is asked for."""
+        return "reset the world model" if self.what == "world" else f"check {self.what}"
+
+    def told(self, well: bool) -> str:
+        """What is reported, if all was well or not."""
+        if self.what == "world":
+            return "the world model is reset"
+        return f"{self.what} {'fits' if well else 'was off'}"

@@ -16,11 +16,13 @@ from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from teleop_sim.channel.messages import Confirm, Force, Message, Request, TakeOver
-from teleop_sim.machines.declare import Machine
+from teleop_sim.machines.declare import Edge, Machine
+from teleop_sim.machines.sync import Asked
 from teleop_sim.operators.at_work import LOST
 from teleop_sim.operators.belief import Belief
 
-Check = Literal["", "template", "hand"]
+Check = Literal["", "template", "hand", "world"]
+"""What somebody sees to before an answer: the template's place, the hand's, or that the world model is forgotten."""
 
 LEVER_RAD: Final = 0.75
 """A lever that went so far has let its bolt go (assumed: 43 degrees, more than the 40 at which ours does)."""
@@ -116,6 +118,23 @@ EVIDENCE: Final[Mapping[str, Callable[[Belief, Request], bool]]] = MappingProxyT
     }
 )
 """What a row can rest on, by name."""
+
+
+def ends_all(machine: Machine, edge: Edge) -> bool:
+    """Does the failure end the container that the state is in, with nobody asked what to do next?"""
+    target = edge.next_state
+    return target not in machine.state_names or edge.state.startswith(f"{target}/")
+
+
+def world_first(belief: Belief, request: Request | Asked) -> bool:
+    """Is a world model in doubt to be reset before this is answered: a failure that would end its container?
+
+    Others can be let pass: people are asked what to do next, try again or take over, and who acts by hand resets it.
+    """
+    if request.kind != "confirm" or request.edge < 0 or not belief.work.doubts_world:
+        return False
+    edge = belief.machine.table[request.edge]
+    return edge.kind == "failed" and ends_all(belief.machine, edge)
 
 
 @dataclass(frozen=True)

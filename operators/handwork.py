@@ -7,11 +7,11 @@ from collections.abc import Callable, Generator
 import numpy as np
 import simpy
 
-from teleop_sim.channel.messages import Message, Request, TemplateInsert, TemplateMove, encode_message
+from teleop_sim.channel.messages import Message, Request, ResetWorld, TemplateInsert, TemplateMove, encode_message
 from teleop_sim.core.records import Layer
 from teleop_sim.operators.acts import Process, Purpose, either
 from teleop_sim.operators.clouds import ask_s
-from teleop_sim.operators.deeds import Awaited, Deed, Deeds
+from teleop_sim.operators.deeds import Awaited, Deed, Deeds, only
 from teleop_sim.operators.desk import Wanting, wanted
 from teleop_sim.operators.worker import Worker
 
@@ -47,6 +47,12 @@ class Handworker(Worker):
         well = yield from self._carry_out(request, deeds, rng)
         self.belief.work.done[request.request] = well
         self.belief.work.last_by_hand = self.belief.path_of(request)
+
+    def _resetting(self, request: Request) -> Deeds:
+        """Have the world model forgotten, for whoever is to answer then."""
+        yield Deed("", "the world model may be wrong", self._timing.command_s(), only(ResetWorld()))
+        self.belief.work.checked[request.request] = "world"
+        return False
 
     def _carry_out(self, request: Request, deeds: Deeds, rng: np.random.Generator) -> Asking:
         """One deed after the other, as long as the request is open. Returns whether the work succeeded."""

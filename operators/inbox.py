@@ -16,6 +16,7 @@ from teleop_sim.operators.acts import Purpose, Unanswered, Urgency, trigger
 from teleop_sim.operators.at_work import TOLD
 from teleop_sim.operators.belief import VIEWS
 from teleop_sim.operators.desk import Desk, Errand, Order
+from teleop_sim.operators.guide import Check, world_first
 from teleop_sim.operators.handwork import Handworker
 from teleop_sim.operators.human import Human
 from teleop_sim.operators.roles import Role
@@ -154,17 +155,23 @@ class Inbox(Handworker):
 
     def _has_checked(self, request: Request) -> bool:
         """Have somebody look first, if anything should be looked at. Returns whether somebody will."""
-        hands = self._desk.hands
-        what = hands.check(self.belief, request) if hands is not None else ""
+        what = self._check(request)
         if not what:
             return False
         errand = Errand(request, what, self)
-        other = self._desk.seats["auxiliary" if what == "template" else "primary"]
+        other = self._desk.seats["primary" if what == "hand" else "auxiliary"]
         if other is self:
             self.errand(errand)
         else:
-            self._talk_of((self, other), request, f"check {what}", lambda: other.errand(errand))
+            self._talk_of((self, other), request, errand.said, lambda: other.errand(errand))
         return True
+
+    def _check(self, request: Request) -> Check:
+        """What is to be seen to before an answer."""
+        hands = self._desk.hands
+        if hands is None:
+            return ""
+        return "world" if world_first(self.belief, request) else hands.check(self.belief, request)
 
     def _try_again(self) -> None:
         """What could not be given for want of a view can perhaps be given now."""

@@ -138,17 +138,18 @@ class Person(Inbox):
         request, asker = errand.request, errand.asker
         if self._desk.hands is None or not self._stands(request):
             return
-        self._acting = "auxiliary" if errand.what == "template" else "primary"
+        self._acting = "primary" if errand.what == "hand" else "auxiliary"
         rng = self._draws(Purpose.CHECK, request.request)
-        well = yield from self._carry_out(
-            request, self._desk.hands.checking(self.belief, request, errand.what, rng), rng
-        )
+        if errand.what == "world":
+            deeds = self._resetting(request)
+        else:
+            deeds = self._desk.hands.checking(self.belief, request, errand.what, rng)
+        well = yield from self._carry_out(request, deeds, rng)
         self._acting = None
         if asker is self:
             self.take(request)
         elif self._stands(request):
-            said = f"{errand.what} {'fits' if well else 'was off'}"
-            self._talk_of((self, asker), request, said, lambda: asker.take(request))
+            self._talk_of((self, asker), request, errand.told(well), lambda: asker.take(request))
 
     def _move_and_wait(self, request: Request) -> Process:
         """Move a hand by eye: a small open-loop movement, then wait for what it has done, and so on (Ferrell 1965)."""
