@@ -96,7 +96,8 @@ class Carrier(ABC):
     def utilisation(self) -> float:
         """Share of the time so far in which bits went out, 0 to 1."""
         elapsed_s = self._env.now - self._started_s
-        return self.busy_s() / elapsed_s if elapsed_s > 0.0 else 0.0
+        # Sums of floats: a packet that takes no time can leave a rounding below zero.
+        return max(0.0, self.busy_s() / elapsed_s) if elapsed_s > 0.0 else 0.0
 
     def _offered(self, topic: str, size_bits: int) -> int:
         """Count a packet that is offered; its number."""
