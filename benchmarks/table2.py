@@ -31,19 +31,22 @@ def one(scenario: str, seed: int, keep: bool) -> Done:
     return run, done.records if keep else []
 
 
-def study(names: list[str], seeds: int, workers: int, picture: bool) -> Iterator[Done]:
+def study(names: list[str], seeds: range, workers: int, picture: bool) -> Iterator[Done]:
     """All runs, as they are done."""
     with ProcessPoolExecutor(workers) as pool:
         # Seed by seed, so that a study cut short has some of every row.
-        cells = [(name, seed) for seed in range(1, seeds + 1) for name in names]
-        for future in as_completed([pool.submit(one, name, seed, picture and seed == 1) for name, seed in cells]):
+        cells = [(name, seed) for seed in seeds for name in names]
+        for future in as_completed(
+            [pool.submit(one, name, seed, picture and seed == seeds[0]) for name, seed in cells]
+        ):
             yield future.result()
 
 
 def arguments() -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=20, help="seeds 1 to this")
+    parser.add_argument("--seeds", type=int, default=20, help="how many of each scenario")
+    parser.add_argument("--first", type=int, default=1, help="the first of them")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", default="drc-", help="scenarios whose names begin so")
     parser.add_argument("--csv", type=Path, help="file for one line a run, rewritten after each")
@@ -58,7 +61,8 @@ def main() -> None:
     names = [name for name in _all() if name.startswith(told.only)]
     runs = [] if told.given is None else read_runs(told.given.read_text(encoding="utf-8"))
     kept: dict[str, list[Record]] = {}
-    for run, records in () if told.given else study(names, told.seeds, told.workers, told.picture is not None):
+    seeds = range(told.first, told.first + told.seeds)
+    for run, records in () if told.given else study(names, seeds, told.workers, told.picture is not None):
         runs = sorted([*runs, run], key=lambda r: (r.scenario, r.seed))
         print(f"{run.scenario} seed {run.seed}: {run.outcome} {run.cause} {run.times.overall_s:.0f} s", file=sys.stderr)
         kept |= {run.scenario: records} if records else {}
