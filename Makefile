@@ -51,6 +51,7 @@ validate: setup
 	$(BIN)/python benchmarks/study.py --seeds 1:21
 	$(BIN)/python benchmarks/walk_study.py
 	$(BIN)/python benchmarks/crank_study.py
+	$(BIN)/python benchmarks/table2.py --seeds 20 --workers 2
 	$(BIN)/python -m pytest -m slow
 
 clean:
