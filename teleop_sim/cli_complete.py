@@ -46,3 +46,10 @@ def _names(table: str, incomplete: str) -> list[str]:
     from teleop_sim.scenarios import names
 
     return [name for name in getattr(names, table) if name.startswith(incomplete)]
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """Names of the scenarios that come along."""
+    from teleop_sim.scenarios.library import list_scenarios
+
+    return [name for name in list_scenarios() if name.startswith(incomplete)]
