@@ -2,7 +2,8 @@
 
 ``python benchmarks/table2.py --seeds 20 --workers 2 --csv runs.csv``; ``--from runs.csv`` prints the table of a study
 that was run before; ``--only drc-door`` takes the scenarios whose names begin so. Exits with 1 if a check fails.
-``--picture fig17.svg`` draws one run a row as the paper's Fig. 17 does (seed 1).
+``--picture fig17.svg`` draws one run a row as the paper's Fig. 17 does (the first seed). ``--set KEY=VALUE`` changes
+the scenarios, to ask what a row rests on.
 """
 
 from __future__ import annotations
@@ -20,24 +21,25 @@ from teleop_sim.reports.timeline_layers import draw_layers
 from teleop_sim.run import simulate
 from teleop_sim.scenarios.files import load_scenario
 from teleop_sim.scenarios.library import list_scenarios
+from teleop_sim.scenarios.setting import read_setting
 
 Done = tuple[DrcRun, list[Record]]
 
 
-def one(scenario: str, seed: int, keep: bool) -> Done:
+def one(scenario: str, changes: dict[str, object], seed: int, keep: bool) -> Done:
     """One run in a worker; its records only where they are to be drawn."""
-    done = simulate(load_scenario(scenario, {}), seed, 0, lambda _: None)
+    done = simulate(load_scenario(scenario, changes), seed, 0, lambda _: None)
     run = DrcRun(scenario, seed, done.ended.outcome, done.ended.cause, drc_times(done.records))
     return run, done.records if keep else []
 
 
-def study(names: list[str], seeds: range, workers: int, picture: bool) -> Iterator[Done]:
+def study(names: list[str], changes: dict[str, object], seeds: range, workers: int, picture: bool) -> Iterator[Done]:
     """All runs, as they are done."""
     with ProcessPoolExecutor(workers) as pool:
         # Seed by seed, so that a study cut short has some of every row.
         cells = [(name, seed) for seed in seeds for name in names]
         for future in as_completed(
-            [pool.submit(one, name, seed, picture and seed == seeds[0]) for name, seed in cells]
+            [pool.submit(one, name, changes, seed, picture and seed == seeds[0]) for name, seed in cells]
         ):
             yield future.result()
 
@@ -47,6 +49,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20, help="how many of each scenario")
     parser.add_argument("--first", type=int, default=1, help="the first of them")
+    parser.add_argument("--set", dest="settings", action="append", default=[], help="KEY=VALUE of the scenarios")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", default="drc-", help="scenarios whose names begin so")
     parser.add_argument("--csv", type=Path, help="file for one line a run, rewritten after each")
@@ -62,7 +65,8 @@ def main() -> None:
     runs = [] if told.given is None else read_runs(told.given.read_text(encoding="utf-8"))
     kept: dict[str, list[Record]] = {}
     seeds = range(told.first, told.first + told.seeds)
-    for run, records in () if told.given else study(names, seeds, told.workers, told.picture is not None):
+    changes = dict(read_setting(text) for text in told.settings)
+    for run, records in () if told.given else study(names, changes, seeds, told.workers, told.picture is not None):
         runs = sorted([*runs, run], key=lambda r: (r.scenario, r.seed))
         print(f"{run.scenario} seed {run.seed}: {run.outcome} {run.cause} {run.times.overall_s:.0f} s", file=sys.stderr)
         kept |= {run.scenario: records} if records else {}

@@ -57,7 +57,7 @@ class Work:
 
     Attributes:
         robot: name. ghosts: spurious obstacles in the world model [m]. onboard: to the robot's computers.
-        hand_pose: reads (position, rotation vector) of a hand's tool off a robot at rest.
+        side: of the hand that works.
     """
 
     robot: str
