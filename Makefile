@@ -4,8 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-# Graphviz lays out the drawings of machines. Where nobody may install packages, all but those drawings works.
-SYSTEM := graphviz
+# Graphviz lays out the drawings of machines; EGL draws robots without a screen; tests open pages in a browser and read logs
+# with node. Where nobody may install packages, each is named when something needs it.
+NEEDS := dot:graphviz chromium:chromium node:nodejs npm:npm
+LIBRARIES := libegl1 libgl1-mesa-dri
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 
 .PHONY: setup demo test lint types unit bench validate clean
@@ -13,10 +15,12 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml
-	@command -v dot >/dev/null || { $(SUDO) apt-get -qq update && $(SUDO) apt-get -qq install -y $(SYSTEM) >/dev/null; } \
-	  || echo "could not install $(SYSTEM): drawings of machines need it"
+	@missing="$(foreach need,$(NEEDS),$$(command -v $(firstword $(subst :, ,$(need))) >/dev/null || echo $(lastword $(subst :, ,$(need)))))"; \
+	  for package in $(LIBRARIES); do dpkg -s $$package >/dev/null 2>&1 || missing="$$missing $$package"; done; \
+	  set -- $$missing; [ $$# = 0 ] || { $(SUDO) apt-get -qq update && $(SUDO) apt-get -qq install -y "$$@" >/dev/null; } \
+	  || echo "could not install $$*: pictures, drawings or tests need them"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,docs]'
 	@# compile the control law once, so that no first run pays for it
 	$(BIN)/python -m teleop_sim.robot.warm_up
 	touch $(STAMP)
