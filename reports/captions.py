@@ -29,7 +29,7 @@ def title(records: Sequence[Record]) -> str:
 
 def settings(records: Sequence[Record]) -> str:
     """What the run was made with, as far as the log says: level, pacing and link."""
-    chosen = _chosen(records)
+    chosen = chosen(records)
     try:
         parts = [f"{key} {chosen[key]}" for key in ("autonomy", "pacing") if key in chosen]
         return " · ".join([*parts, *_link(chosen.get("link", {}))])
@@ -39,7 +39,7 @@ def settings(records: Sequence[Record]) -> str:
 
 def crew(records: Sequence[Record]) -> str:
     """Who did it: the robot, the layer and level, the crew, the link; as far as the log says."""
-    chosen = _chosen(records)
+    chosen = chosen(records)
     try:
         parts = [str(chosen["robot"])] if "robot" in chosen else []
         by_people = chosen.get("layer") == "template"
@@ -54,10 +54,10 @@ def crew(records: Sequence[Record]) -> str:
 
 def task(records: Sequence[Record]) -> str:
     """Name of the task; empty where the log does not say."""
-    return str(_chosen(records).get("task", ""))
+    return str(chosen(records).get("task", ""))
 
 
-def _chosen(records: Sequence[Record]) -> dict[str, Any]:
+def chosen(records: Sequence[Record]) -> dict[str, Any]:
     """The scenario's tables."""
     started = next((r for r in records if isinstance(r, RunStarted)), None)
     try:
