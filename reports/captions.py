@@ -29,25 +29,25 @@ def title(records: Sequence[Record]) -> str:
 
 def settings(records: Sequence[Record]) -> str:
     """What the run was made with, as far as the log says: level, pacing and link."""
-    chosen = chosen(records)
+    tables = chosen(records)
     try:
-        parts = [f"{key} {chosen[key]}" for key in ("autonomy", "pacing") if key in chosen]
-        return " · ".join([*parts, *_link(chosen.get("link", {}))])
+        parts = [f"{key} {tables[key]}" for key in ("autonomy", "pacing") if key in tables]
+        return " · ".join([*parts, *_link(tables.get("link", {}))])
     except (AttributeError, KeyError, TypeError):
         return ""
 
 
 def crew(records: Sequence[Record]) -> str:
     """Who did it: the robot, the layer and level, the crew, the link; as far as the log says."""
-    chosen = chosen(records)
+    tables = chosen(records)
     try:
-        parts = [str(chosen["robot"])] if "robot" in chosen else []
-        by_people = chosen.get("layer") == "template"
-        parts.append("people only" if by_people else f"behaviour at level {chosen.get('autonomy', '?')}")
-        people = chosen.get("operator", {})
+        parts = [str(tables["robot"])] if "robot" in tables else []
+        by_people = tables.get("layer") == "template"
+        parts.append("people only" if by_people else f"behaviour at level {tables.get('autonomy', '?')}")
+        people = tables.get("operator", {})
         parts.append(f"{people['team']} at the station" if "team" in people else "one at the station")
         parts += [str(people["policy"])] if "policy" in people else []
-        return " · ".join([*parts, *_link(chosen.get("link", {}))]) if chosen else ""
+        return " · ".join([*parts, *_link(tables.get("link", {}))]) if tables else ""
     except (AttributeError, KeyError, TypeError):
         return ""
 
