@@ -91,36 +91,45 @@ def _paper_row(line: Mapping[str, str]) -> PaperRow:
 
 def state_table(runs: Sequence[Iterable[Record]]) -> list[TableRow]:
     """The table for one run or several, rows in the order of the paper, other states where they were first visited."""
-    per_run = [_by_row(visits(records)) for records in runs]
+    return table_of([_by_row(visits(records)) for records in runs])
+
+
+def table_of(per_run: Sequence[Mapping[str, Entry]]) -> list[TableRow]:
+    """The table from what each run did in each row."""
     order = {name: i for i, (name, paper) in enumerate(paper_rows().values()) if paper}
     names = list(dict.fromkeys(name for run in per_run for name in run))
     return [_table_row(name, [run[name] for run in per_run if name in run]) for name in _merged(names, order)]
 
 
 @dataclass(frozen=True)
-class _Entry:
-    """One row of one run, or one visit on the way to it."""
+class Entry:
+    """One row of one run, or one visit on the way to it: worst mode, retries, time [s]."""
 
     mode: str
     retries: int
     time_s: float
 
 
-def _by_row(run: Sequence[Visit]) -> dict[str, _Entry]:
-    found: dict[str, _Entry] = {}
+def row_name(state: str) -> str:
+    """The table's row of a state: the paper's name for it, else its own."""
+    name = paper_rows().get(state, ("", None))[0] or state
+    return state if name == INTERRUPTED else name
+
+
+def _by_row(run: Sequence[Visit]) -> dict[str, Entry]:
+    found: dict[str, Entry] = {}
     last = ""
     for i, visit in enumerate(run):
-        name = paper_rows().get(visit.state, ("", None))[0] or visit.state
-        interrupts = name == INTERRUPTED and bool(last)
-        name = last if interrupts else visit.state if name == INTERRUPTED else name
+        interrupts = paper_rows().get(visit.state, ("", None))[0] == INTERRUPTED and bool(last)
+        name = last if interrupts else row_name(visit.state)
         interrupted = i + 1 < len(run) and paper_rows().get(run[i + 1].state, ("", None))[0] == INTERRUPTED
-        entry = _Entry(
+        entry = Entry(
             worst((visit.mode, "auto" if interrupts else "normal")),
             0 if interrupts else max(visit.retries, int(interrupted)),
             visit.time_s,
         )
-        so_far = found.get(name, _Entry("normal", 0, 0.0))
-        found[name] = _Entry(
+        so_far = found.get(name, Entry("normal", 0, 0.0))
+        found[name] = Entry(
             worst((so_far.mode, entry.mode)), so_far.retries + entry.retries, so_far.time_s + entry.time_s
         )
         last = name
@@ -137,7 +146,7 @@ def _merged(names: Sequence[str], order: Mapping[str, int]) -> list[str]:
     return sorted(names, key=lambda name: place[name])
 
 
-def _table_row(name: str, entries: Sequence[_Entry]) -> TableRow:
+def _table_row(name: str, entries: Sequence[Entry]) -> TableRow:
     paper = {row: figures for row, figures in paper_rows().values() if figures}.get(name)
     share = 100.0 / len(entries)
     return TableRow(

@@ -3,7 +3,9 @@
     DIR/sweep.json            the manifest: plan, versions, state of the program's repository
     DIR/runs/c0007/r00003.mcap     one log a run, renamed into place when it is whole
     DIR/journal/r00003.jsonl  one line a finished run of replicate 3, appended when its log is in place
-    DIR/index.parquet         one row a finished run, written from the journals and renamed into place
+    DIR/states.parquet        one row a state of a finished run, written from the journals and renamed into place
+    DIR/times.parquet         of a door or valve: the columns of Table 2, one row a finished run, likewise
+    DIR/index.parquet         one row a finished run, likewise; the last of the three, which count only beside it
 
 A process that is killed at any instant leaves at most the runs in flight unfinished: a run is finished when its line is
 whole, and the line is written after the log. A line that was cut has no valid checksum and does not count.
@@ -27,6 +29,12 @@ from teleop_sim.sweep.versions import git_state, versions
 
 MANIFEST: Final = "sweep.json"
 INDEX: Final = "index.parquet"
+STATE_INDEX: Final = "states.parquet"
+TIME_INDEX: Final = "times.parquet"
+STATES: Final = "states"
+"""Key of a row: the states of a run, see ``reports.state_counts.plain``."""
+TIMES: Final = "times"
+"""Key of a row of a door or valve: the fields of ``reports.drc_times.Times``, null where not known."""
 _CHECKSUM: Final = 9  # eight hexadecimal digits and a space
 
 Row = dict[str, Any]
@@ -65,6 +73,16 @@ class SweepFolder:
     def index(self) -> Path:
         """One row a finished run."""
         return self.path / INDEX
+
+    @property
+    def states(self) -> Path:
+        """One row a state of a finished run."""
+        return self.path / STATE_INDEX
+
+    @property
+    def times(self) -> Path:
+        """One row a finished run of a door or valve."""
+        return self.path / TIME_INDEX
 
     def log(self, cell: int, replicate: int) -> Path:
         """Where a run's log is."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import partial
 from hashlib import blake2b
 from pathlib import Path
@@ -21,11 +21,14 @@ from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record
 from teleop_sim.core.streams import stream
 from teleop_sim.log.writer import LogWriter
 from teleop_sim.operators.memo import EyeMemo, FreshEyes
+from teleop_sim.reports.drc_show import is_drc
+from teleop_sim.reports.drc_times import drc_times
 from teleop_sim.reports.figures import refused_figures, run_figures
+from teleop_sim.reports.state_counts import plain, state_counts
 from teleop_sim.robot.memo import Fresh, Memo
 from teleop_sim.run import simulate
 from teleop_sim.scenarios.links import link_plan
-from teleop_sim.sweep.folder import Row, SweepFolder, append
+from teleop_sim.sweep.folder import STATES, TIMES, Row, SweepFolder, append
 from teleop_sim.sweep.plan import Plan
 
 
@@ -107,14 +110,20 @@ def run_cell(
     try:
         link_plan(scenario, partial(stream, plan.seed, replicate))
     except BadInput as error:
-        return head | _plain(refused_figures(str(error).split("\n", maxsplit=1)[0])) | tail
+        return head | _plain(refused_figures(str(error).split("\n", maxsplit=1)[0])) | tail | {STATES: []}
     path = folder.log(cell, replicate)
     with _log(plan, path) as emit:
         records = simulate(scenario, plan.seed, replicate, emit, memo=memo, eyes=eyes).records
     if plan.detail != "summary":
         data = path.read_bytes()
         tail |= {"log": path.relative_to(folder.path).as_posix(), "log_bytes": len(data), "log_digest": _digest(data)}
-    return head | _plain(run_figures(records)) | tail
+    return head | _plain(run_figures(records)) | tail | _tables(records)
+
+
+def _tables(records: Sequence[Record]) -> Row:
+    """What tables over all runs need, and no index: each state, and of door and valve the columns of Table 2."""
+    made: Row = {STATES: plain(state_counts(records))}
+    return made | {TIMES: [None if x != x else x for x in astuple(drc_times(records))]} if is_drc(records) else made
 
 
 @contextmanager

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from teleop_sim.stats.stopping import looks, progress
-from teleop_sim.sweep.folder import Row, SweepBroken, SweepFolder
+from teleop_sim.sweep.folder import STATES, TIMES, Row, SweepBroken, SweepFolder
 from teleop_sim.sweep.index import frame, write_index
 from teleop_sim.sweep.plan import Plan
 from teleop_sim.sweep.replicate import Job, JobDone
@@ -128,7 +128,7 @@ class _Study:
 
     def __init__(self, plan: Plan, folder: SweepFolder, crew: Crew, memo: bool, watch: Watch) -> None:
         self._plan, self._folder, self._crew, self._memo, self._watch = plan, folder, crew, memo, watch
-        self._rows = {n: folder.whole(n) for n in range(plan.replicates)}
+        self._rows = {n: _lean(folder.whole(n)) for n in range(plan.replicates)}
         done = sum(map(len, self._rows.values()))
         self.at = SweepProgress(plan.runs, done, done, sum(map(_bad, self._all_rows())))
         self._under_way: dict[int, tuple[int, ...]] = {}
@@ -182,7 +182,7 @@ class _Study:
             self.at.remembered += done.runs - done.computed
             self.at.remembered_s += done.remembered_s
         self._under_way.pop(done.replicate, None)
-        self._rows[done.replicate] = self._folder.finished(done.replicate)
+        self._rows[done.replicate] = _lean(self._folder.finished(done.replicate))
         self._count()
 
     def _tick(self) -> None:
@@ -196,6 +196,11 @@ class _Study:
 
     def _all_rows(self) -> Iterator[Row]:
         return (row for rows in self._rows.values() for row in rows.values())
+
+
+def _lean(rows: Mapping[int, Row]) -> dict[int, Row]:
+    """Without what only the tables over all runs need: it is most of a row."""
+    return {cell: {k: v for k, v in row.items() if k not in (STATES, TIMES)} for cell, row in rows.items()}
 
 
 def _bad(row: Row) -> bool:
