@@ -1,11 +1,11 @@
-"""Sets of times as sorted, disjoint intervals. Pure functions."""
+"""Sets of times as sorted, disjoint intervals, of seconds or of whole nanoseconds. Pure functions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 Interval = tuple[float, float]
-"""From, to [s]."""
+"""From, to [s, or whole ns]."""
 
 
 def union(intervals: Iterable[Interval]) -> list[Interval]:
@@ -22,14 +22,19 @@ def union(intervals: Iterable[Interval]) -> list[Interval]:
 def minus(some: list[Interval], others: list[Interval]) -> list[Interval]:
     """The part of ``some`` that is in none of ``others``; both as ``union`` gives them."""
     left: list[Interval] = []
+    first = 0
     for start, end in some:
         at = start
-        for off, on in others:
-            if on <= at or off >= end:
-                continue
+        while first < len(others) and others[first][1] <= start:
+            first += 1
+        # An interval of ``others`` may reach into the next of ``some``, so that ``first`` stays.
+        i = first
+        while i < len(others) and others[i][0] < end:
+            off, on = others[i]
             if off > at:
                 left.append((at, off))
             at = max(at, on)
+            i += 1
         if at < end:
             left.append((at, end))
     return left
@@ -41,5 +46,5 @@ def both(some: list[Interval], others: list[Interval]) -> list[Interval]:
 
 
 def length_s(intervals: list[Interval]) -> float:
-    """Total time of disjoint intervals [s]."""
+    """Total time of disjoint intervals, in their unit."""
     return sum(end - start for start, end in intervals)

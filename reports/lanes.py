@@ -17,7 +17,7 @@ from teleop_sim.core.records import (
     Waited,
 )
 from teleop_sim.reports.intervals import Interval
-from teleop_sim.reports.shares import asked, duration_s
+from teleop_sim.reports.spans import asked, duration_s
 from teleop_sim.reports.visits import visits
 
 SKILLS = {
