@@ -142,7 +142,7 @@ def _work(records: Sequence[Record]) -> dict[str, list[Interval]]:
             spans[kind].append((ns(r.start_s), ns(r.t_s)))
     laying = union((ns(r.start_s), ns(r.t_s)) for r in records if isinstance(r, Layer) and r.layer == "alignment")
     merged = {kind: union(some) for kind, some in spans.items()}
-    return merged | {"align": both(merged["decide"], laying)}
+    return merged | {"align": union([*merged["align"], *both(merged["decide"], laying)])}
 
 
 def _after_the_last(critical: Sequence[Way]) -> tuple[list[Interval], list[Interval]]:
