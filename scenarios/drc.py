@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from teleop_sim.world.valve import Valve
 
 TABLES = {"src-dish": "world", "drc-door": "door", "drc-valve": "valve"}
-"""Task to the table of its world."""
+"""Task to the table of its world; a task that is not here has none."""
 
 _Settings = TypeVar("_Settings", bound=ThingSettings)
 
@@ -44,7 +44,8 @@ def task_problems(scenario: Scenario) -> tuple[Problem, ...]:
     found, drc = [], scenario.task.startswith("drc-")
     for task, table in TABLES.items():
         if task != scenario.task and getattr(scenario, table) is not None:
-            hint = f"It has [{TABLES[scenario.task]}]; [{table}] belongs to {task}."
+            has = f"[{TABLES[scenario.task]}]" if scenario.task in TABLES else "no table of its own"
+            hint = f"It has {has}; [{table}] belongs to {task}."
             found.append(Problem(table, f"is no table of task {scenario.task}", hint))
     if not drc and scenario.onboard is not None:
         found.append(Problem("onboard", f"is no table of task {scenario.task}", "The drc tasks have it."))

@@ -7,7 +7,7 @@ A new task is its own files and one line in ``TASKS``, beside its line in ``name
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from teleop_sim.machines.declare import Machine
@@ -21,15 +21,15 @@ from teleop_sim.operators.registry import POLICIES
 from teleop_sim.operators.timing import OperatorTiming, load_timing
 from teleop_sim.operators.verification import CRITERION
 from teleop_sim.operators.workload import Curve
-from teleop_sim.robot.programs.pacing import Pacing
 from teleop_sim.robot.programs.src_dish import dish_programs
-from teleop_sim.robot.programs.steps import ProgramOf
 from teleop_sim.robot.programs.vigir import vigir_programs
 from teleop_sim.scenarios.disturbances import disturbance_ranges
 from teleop_sim.scenarios.drc import drawn_door, drawn_valve
 from teleop_sim.scenarios.links import Streams
 from teleop_sim.scenarios.names import AUTONOMY
 from teleop_sim.scenarios.schema import Operator, Scenario, World
+from teleop_sim.scenarios.tasks import Site as Site
+from teleop_sim.scenarios.tasks import Task as Task
 from teleop_sim.world import dish_scorer, drc_scorer
 from teleop_sim.world.dish_draw import DishSettings, draw_dish_world
 from teleop_sim.world.dish_layout import middle_of_walkway
@@ -37,48 +37,7 @@ from teleop_sim.world.dish_scenery import DishScenery, DishScore
 from teleop_sim.world.disturbance_draw import Ground, draw_disturbances
 from teleop_sim.world.disturbances import Disturbances
 from teleop_sim.world.drc_draw import Placed
-from teleop_sim.world.plant import Scenery
 from teleop_sim.world.robot_model import RobotModel
-from teleop_sim.world.scoring import Score
-
-
-@dataclass(frozen=True)
-class Site:
-    """Where a task is done, as drawn.
-
-    Attributes:
-        scenery: what stands round the robot.
-        score: to begin with, by the plant's joints.
-        ground: where the robot is to walk, and how rough it is there.
-        thing: that templates are laid over, if the task has one.
-    """
-
-    scenery: Scenery
-    score: Callable[[tuple[str, ...]], Score]
-    ground: Ground
-    thing: Placed | None = None
-
-
-@dataclass(frozen=True)
-class Task:
-    """One task.
-
-    Attributes:
-        machine: declares what is done in which order, for a robot by name, at a layer of control.
-        programs: what each state of the machine does, with the given waits, for a robot by name.
-        site: draws the world.
-        last_checkpoint: of the scorer; the task is done when it has been scored.
-        ends_when_scored: the run ends there; else when the machine has ended, too.
-        template: that people lay over the thing, by its name in the library.
-
-    """
-
-    machine: Callable[[str, str], Machine]
-    programs: Callable[[Pacing, str], Mapping[str, ProgramOf]]
-    site: Callable[[Scenario, Streams], Site]
-    last_checkpoint: int
-    ends_when_scored: bool = False
-    template: str = ""
 
 
 def dish_site(scenario: Scenario, streams: Streams) -> Site:
