@@ -18,6 +18,7 @@ import simpy
 
 from teleop_sim.core.records import Disturbed, Emit, PlantSample, Record, RunEnded, RunStarted
 from teleop_sim.core.streams import stream
+from teleop_sim.core.views import Show
 from teleop_sim.field import FieldSite
 from teleop_sim.field_things import Onboard, Work
 from teleop_sim.log.writer import LogWriter
@@ -48,8 +49,10 @@ from teleop_sim.scenarios.objects import (
 from teleop_sim.scenarios.robots import robot_spec
 from teleop_sim.scenarios.schema import Scenario
 from teleop_sim.scenarios.writing import scenario_to_toml
+from teleop_sim.shown import Onlooker
 from teleop_sim.wiring import rates_by_state, sender, wire
 from teleop_sim.world.disturbances import figures
+from teleop_sim.world.shapes import scene_tree
 
 Clock = Callable[[], float]
 LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
@@ -117,7 +120,7 @@ def run_scenario(
     path = out / f"{scenario.name}_seed{seed}.mcap"
     writer = LogWriter(path)
     try:
-        done = simulate(scenario, seed, replicate, writer.write, progress, clock, memo)
+        done = simulate(scenario, seed, replicate, writer.write, progress, clock, memo, show=writer.show)
         writer.close()
     except KeyboardInterrupt:
         writer.interrupt()
@@ -163,10 +166,12 @@ def simulate(
     clock: Clock = time.perf_counter,
     memo: Fresh | None = None,
     eyes: FreshEyes | None = None,
+    show: Show | None = None,
 ) -> Simulated:
     """Run a scenario once and hand all its records to ``emit``; see ``run_scenario``.
 
-    ``eyes``: what the crew's eyes have made of earlier runs' pictures and clouds, as ``memo`` is of physics.
+    ``eyes``: what the crew's eyes have made of earlier runs' pictures and clouds, as ``memo`` is of physics. ``show``:
+    takes the scene, pictures, clouds and lines for viewers; None: nobody looks, and none are made.
 
     Raises:
         BadInput: nothing could ever get across the link that these draw.
@@ -174,8 +179,9 @@ def simulate(
     """
     # The log's scenario repeats the run, whoever chose the seed.
     scenario = scenario.model_copy(update={"seed": seed})
-    watch = _Watch(scenario, emit, progress)
-    bench = _Bench(scenario, seed, replicate, watch, clock, memo, eyes)
+    onlooker = None if show is None else Onlooker(show)
+    watch = _Watch(scenario, emit, progress, onlooker)
+    bench = _Bench(scenario, seed, replicate, watch, clock, memo, eyes, show)
     watch.look = bench.progress
     ended = bench.run()
     return Simulated(ended, watch.seen, bench.plant.stepping_s)
@@ -188,6 +194,7 @@ class _Watch:
     scenario: Scenario
     write: Emit
     tell: Callable[[Progress], None] | None
+    onlooker: Onlooker | None = None
     seen: list[Record] = field(default_factory=list)
     look: Callable[[], Progress] | None = None
     told_s: float = -math.inf
@@ -196,6 +203,8 @@ class _Watch:
         self.write(record)
         if not isinstance(record, PlantSample):
             self.seen.append(record)
+            if self.onlooker is not None:
+                self.onlooker.told(record)
         if self.tell is not None and self.look is not None and record.t_s >= self.told_s + 1.0:
             self.told_s = record.t_s
             self.tell(self.look())
@@ -226,6 +235,7 @@ class _Bench:
         clock: Clock,
         memo: Fresh | None = None,
         eyes: FreshEyes | None = None,
+        show: Show | None = None,
     ) -> None:
         self._scenario, self._watch, self._physics = scenario, watch, Fresh() if memo is None else memo
         self.env = simpy.Environment()
@@ -243,6 +253,8 @@ class _Bench:
         for told in figures(otherwise):
             watch(Disturbed(0.0, *told))
         body = self._physics.body(spec, site.scenery, otherwise)
+        if show is not None:
+            show(scene_tree(body.plant, 0.0, scenario.name, spec.camera_frame))
         robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits, scenario.robot)
@@ -285,6 +297,8 @@ class _Bench:
 
     def _to_station(self, payload: bytes) -> None:
         self.station.receive(payload)
+        if self._watch.onlooker is not None:
+            self._watch.onlooker.arrived(payload, float(self.env.now))
 
     def progress(self) -> Progress:
         """Where the run stands."""

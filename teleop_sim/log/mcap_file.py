@@ -49,11 +49,18 @@ class McapFile:
         self._begin_chunk()
         self._put(_MAGIC + _packed([Header(name, name)]))
 
-    def register(self, topic: str, schema: str, data: bytes) -> int:
-        """Add a schema and its channel; return the channel's number, from 1. Both go before the next message."""
+    def register(
+        self, topic: str, schema: str, data: bytes, declared_in: str = _ENCODING, encoded_in: str = _ENCODING
+    ) -> int:
+        """Add a schema and its channel; return the channel's number, from 1. Both go before the next message.
+
+        Args:
+            topic: of the channel. schema, data: name of the message type and its declaration.
+            declared_in, encoded_in: what the declaration and the messages are written in, such as ``protobuf``.
+        """
         number = len(self._channels) + 1
-        made = Schema(id=number, name=schema, encoding=_ENCODING, data=data)
-        channel = Channel(id=number, topic=topic, message_encoding=_ENCODING, metadata={}, schema_id=number)
+        made = Schema(id=number, name=schema, encoding=declared_in, data=data)
+        channel = Channel(id=number, topic=topic, message_encoding=encoded_in, metadata={}, schema_id=number)
         self._schemas.append(made)
         self._channels.append(channel)
         self._add(_packed([made, channel]))

@@ -1,7 +1,7 @@
-"""Write one run's records to one MCAP file, aside first and renamed when finished.
+"""Write one run's records and views to one MCAP file, aside first and renamed when finished.
 
-The file is a pure function of the records: fixed names in the header, channels in a fixed order (those of
-``LATE_TOPICS`` behind, when they are first used), one thread and no wall clock.
+The file is a pure function of what is written and shown: fixed names in the header, channels in a fixed order (those of
+``LATE_TOPICS`` and of views behind, when they are first used), one thread and no wall clock.
 """
 
 from __future__ import annotations
@@ -14,11 +14,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+import numpy as np
+
 from teleop_sim.core.errors import BadInput, Problem
-from teleop_sim.core.records import LATE_TOPICS, RECORDS, Record, RunStarted
+from teleop_sim.core.records import LATE_TOPICS, RECORDS, PlantSample, Record, RunStarted
+from teleop_sim.core.views import SceneTree, View
+from teleop_sim.log.foxglove import MOTION, encoded, view_topic
+from teleop_sim.log.foxglove_motion import Motion, motion_of
 from teleop_sim.log.mcap_file import MESSAGE_HEADER_BYTES, McapFile
 from teleop_sim.log.scan import scan
-from teleop_sim.log.schema import SCHEMAS, Schema
+from teleop_sim.log.schema import SCHEMAS
 
 PROFILE = "teleop-sim"
 CHUNK_BYTES = 64 * 1024
@@ -30,10 +35,10 @@ _TOPICS = {cls: topic for topic, cls in RECORDS.items()}
 class LogWriter:
     """Writes records to ``<path>.part``; ``close`` finishes the file and renames it to ``path``.
 
-    It is callable, so it can be handed to the simulator as its ``Emit``. A process that is killed leaves a ``.part``
-    that reads up to its last chunk: at most 64 KiB or 30 simulated seconds are lost. As a context manager it closes
-    at a normal end, calls ``interrupt`` at a KeyboardInterrupt, and after any other exception leaves a finished
-    ``.part``.
+    It is callable, so it can be handed to the simulator as its ``Emit``, and ``show`` as its ``Show``; a log to which
+    nothing is shown holds records only. A process that is killed leaves a ``.part`` that reads up to its last chunk: at
+    most 64 KiB or 30 simulated seconds are lost. As a context manager it closes at a normal end, calls ``interrupt`` at
+    a KeyboardInterrupt, and after any other exception leaves a finished ``.part``.
 
     ``durable``: wait until the disk has the file, so that it outlives a power failure. It costs some 50 ms a file, in
     which other processes' files wait too; a killed process loses nothing either way.
@@ -50,10 +55,11 @@ class LogWriter:
         self.part = self.path.with_name(self.path.name + ".part")
         self.path.parent.mkdir(parents=True, exist_ok=True)
         # Messages wait here for their chunk: an interruption between two appends leaves nothing half done.
-        self._waiting: list[tuple[str, int, int, bytes]] = []
+        self._waiting: list[tuple[str, int, int, bytes | PlantSample]] = []
         self._waiting_bytes = 0
         self._count = 0
         self._flushed_s = 0.0
+        self._motion: Motion | None = None
         self._done = False
         self._open(self.part)
 
@@ -62,26 +68,45 @@ class LogWriter:
         self.write(record)
 
     def write(self, record: Record) -> None:
-        """Append one record.
+        """Append one record; of a ``PlantSample`` also what moves, once a ``SceneTree`` has been shown.
 
         Raises:
             TypeError: the record's class is not registered, or a field holds what its type does not allow.
             ValueError: the file is finished already.
 
         """
-        if self._stream.closed:
-            raise ValueError(f"{self.path}: the log is finished; nothing can be added")
         topic = _TOPICS.get(type(record))
         if topic is None:
             raise TypeError(f"{type(record).__name__} is no registered record; declare it with @record(topic)")
-        data = SCHEMAS[topic].encode(record)
-        self._waiting.append((topic, self._count + 1, round(record.t_s * 1e9), data))
-        self._count += 1
-        self._waiting_bytes += len(data) + MESSAGE_HEADER_BYTES
+        self._append(topic, record.t_s, SCHEMAS[topic].encode(record))
+        if self._motion is not None and isinstance(record, PlantSample):
+            # Encoded with the others of its chunk, which costs a fifth of doing it one by one.
+            self._append(MOTION, record.t_s, record)
         late = record.t_s - self._flushed_s >= FLUSH_S
         if self._waiting_bytes >= CHUNK_BYTES or late or isinstance(record, RunStarted):
             self._flushed_s = record.t_s
             self._finish_chunk()
+
+    def show(self, view: View) -> None:
+        """Append what people may look at.
+
+        Raises:
+            ValueError: the file is finished already.
+
+        """
+        if isinstance(view, SceneTree):
+            self._motion = motion_of(view)
+        for topic, data in encoded(view):
+            self._append(topic, view.t_s, data)
+
+    def _append(self, topic: str, t_s: float, data: bytes | PlantSample) -> None:
+        if self._stream.closed:
+            raise ValueError(f"{self.path}: the log is finished; nothing can be added")
+        self._waiting.append((topic, self._count + 1, round(t_s * 1e9), data))
+        self._count += 1
+        # What moves is not counted: it is ten times as long as its sample, and nearly all of it is the same each time.
+        if isinstance(data, bytes):
+            self._waiting_bytes += len(data) + MESSAGE_HEADER_BYTES
 
     def close(self) -> None:
         """Finish the file and rename it to its final name. Does nothing the second time."""
@@ -122,23 +147,32 @@ class LogWriter:
         self._cut_here = False
         # Chunks end where this class says, so that it always knows what is in the file.
         self._mcap = McapFile(self._stream, PROFILE)
-        early = ((topic, schema) for topic, schema in SCHEMAS.items() if topic not in LATE_TOPICS)
-        self._channels = {topic: _register(self._mcap, schema) for topic, schema in early}
+        self._channels = {topic: _register(self._mcap, topic) for topic in SCHEMAS if topic not in LATE_TOPICS}
         self._mcap.flush()
 
     def _finish_chunk(self) -> None:
         if not self._waiting:
             return
+        messages = self._encoded()
         self._cut_here = True
         with self._named():
-            for topic, sequence, time_ns, data in self._waiting:
+            for topic, sequence, time_ns, data in messages:
                 if topic not in self._channels:
-                    self._channels[topic] = _register(self._mcap, SCHEMAS[topic])
+                    self._channels[topic] = _register(self._mcap, topic)
                 self._mcap.add(self._channels[topic], time_ns, data, sequence)
             self._mcap.flush()
         self._waiting.clear()
         self._waiting_bytes = 0
         self._cut_here = False
+
+    def _encoded(self) -> Iterator[tuple[str, int, int, bytes]]:
+        """What waits, with its motion encoded."""
+        samples = [(time_ns, data) for _, _, time_ns, data in self._waiting if isinstance(data, PlantSample)]
+        moved = iter(_moved(self._motion, samples))
+        return (
+            (topic, sequence, time_ns, data if isinstance(data, bytes) else next(moved))
+            for topic, sequence, time_ns, data in self._waiting
+        )
 
     def _finish(self) -> None:
         self._finish_chunk()
@@ -162,7 +196,9 @@ class LogWriter:
     def _write_again(self) -> None:
         """Start the file again from its whole chunks and what still waits: the chunk under way was cut."""
         self._stream.close()
-        kept = [(m.topic, m.sequence, m.time_ns, m.data) for m in scan(self.part.read_bytes()).messages]
+        kept: list[tuple[str, int, int, bytes | PlantSample]] = [
+            (m.topic, m.sequence, m.time_ns, m.data) for m in scan(self.part.read_bytes()).messages
+        ]
         last = kept[-1][1] if kept else 0
         self._waiting = kept + [message for message in self._waiting if message[1] > last]
         self._open(self.path.with_name(self.path.name + ".again"))
@@ -187,5 +223,24 @@ def _open_alone(path: Path) -> IO[bytes]:
         stream.close()
 
 
-def _register(mcap: McapFile, schema: Schema) -> int:
-    return mcap.register(schema.topic, schema.name, schema.data)
+def _register(mcap: McapFile, topic: str) -> int:
+    schema = SCHEMAS.get(topic)
+    if schema is not None:
+        return mcap.register(topic, schema.name, schema.data)
+    view = view_topic(topic)
+    return mcap.register(topic, view.schema, view.data, view.schema_encoding, view.message_encoding)
+
+
+def _moved(motion: Motion | None, samples: list[tuple[int, PlantSample]]) -> list[bytes]:
+    if motion is None or not samples:
+        return []
+    pelvis, joints = (np.array([row(sample) for _, sample in samples]) for row in (_pelvis, _joints))
+    return motion.encode([time_ns for time_ns, _ in samples], pelvis, joints)
+
+
+def _pelvis(sample: PlantSample) -> tuple[float, ...]:
+    return sample.pelvis
+
+
+def _joints(sample: PlantSample) -> tuple[float, ...]:
+    return sample.joints

@@ -19,6 +19,7 @@ from typing import Any
 from teleop_sim.core.errors import BadInput
 from teleop_sim.core.records import Emit, PlantNames, PlantSample, Record
 from teleop_sim.core.streams import stream
+from teleop_sim.core.views import Show
 from teleop_sim.log.writer import LogWriter
 from teleop_sim.operators.memo import EyeMemo, FreshEyes
 from teleop_sim.reports.drc_show import is_drc
@@ -112,8 +113,8 @@ def run_cell(
     except BadInput as error:
         return head | _plain(refused_figures(str(error).split("\n", maxsplit=1)[0])) | tail | {STATES: []}
     path = folder.log(cell, replicate)
-    with _log(plan, path) as emit:
-        records = simulate(scenario, plan.seed, replicate, emit, memo=memo, eyes=eyes).records
+    with _log(plan, path) as (emit, show):
+        records = simulate(scenario, plan.seed, replicate, emit, memo=memo, eyes=eyes, show=show).records
     if plan.detail != "summary":
         data = path.read_bytes()
         tail |= {"log": path.relative_to(folder.path).as_posix(), "log_bytes": len(data), "log_digest": _digest(data)}
@@ -127,13 +128,13 @@ def _tables(records: Sequence[Record]) -> Row:
 
 
 @contextmanager
-def _log(plan: Plan, path: Path) -> Iterator[Emit]:
-    """Where the records of a run go, by the level of detail."""
+def _log(plan: Plan, path: Path) -> Iterator[tuple[Emit, Show | None]]:
+    """Where the records and views of a run go, by the level of detail."""
     if plan.detail == "summary":
-        yield _nowhere
+        yield _nowhere, None
         return
     with LogWriter(path, durable=False) as write:
-        yield write if plan.detail == "full" else partial(_events, write)
+        yield (write, write.show) if plan.detail == "full" else (partial(_events, write), None)
 
 
 def _nowhere(_record: Record) -> None:
