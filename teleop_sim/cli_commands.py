@@ -16,6 +16,7 @@ from teleop_sim.cli_complete import complete_scenario
 from teleop_sim.cli_errors import BAD_INPUT, DONE, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.cli_machines import machines_app
+from teleop_sim.cli_replay import replay
 from teleop_sim.cli_run import run
 from teleop_sim.cli_sweep import decide, sensitivity, sweep
 from teleop_sim.core.errors import TeleopError
@@ -36,6 +37,7 @@ app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
 app.add_typer(machines_app, name="machines")
 app.command()(run)
+app.command()(replay)
 app.command()(sweep)
 app.command()(decide)
 app.command()(sensitivity)

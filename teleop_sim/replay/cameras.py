@@ -17,8 +17,9 @@ SMOOTH_S = 1.0
 """Cameras follow the mean of what the pelvis does so long before and after: they do not sway with each step."""
 FOV_RAD = math.radians(45.0)
 """MuJoCo's vertical field of view, its default."""
-WIDE, TALL_M, AROUND_M = 1.5, 1.9, 0.5
-"""Pictures are at least so much wider than high; what the robot takes up in height, and round its way."""
+WIDE, OVER_M, AROUND_M = 1.5, 0.25, 0.5
+"""Pictures are at least so much wider than high; what the robot takes up over its
+highest joint, and round its way."""
 FAR_M, NEAR_M = 1.8, 1.0
 """From where on the robot is at the thing."""
 _LOOKS = 9
@@ -28,17 +29,19 @@ def behind(scene: Scene, t_s: float) -> View:
     """Over the shoulder that is nearer to the thing."""
     x, y, z, heading = followed(scene, t_s)
     near = nearness(scene, x, y)
-    at = (x + 0.45 * math.cos(heading), y + 0.45 * math.sin(heading), z)
+    ahead_m = 0.27 * scene.tall_m
+    at = (x + ahead_m * math.cos(heading), y + ahead_m * math.sin(heading), z)
     aside = math.radians(38.0 + 17.0 * near)
-    return View(at, heading - side_of_thing(scene) * aside, math.radians(-22.0), 3.3 - 0.4 * near)
+    return View(at, heading - side_of_thing(scene) * aside, math.radians(-22.0), (2.0 - 0.2 * near) * scene.tall_m)
 
 
 def beside(scene: Scene, t_s: float) -> View:
     """From the side on which the thing is."""
     x, y, z, heading = followed(scene, t_s)
     side = side_of_thing(scene)
-    at = (x + 0.3 * math.cos(heading), y + 0.3 * math.sin(heading), z)
-    return View(at, heading - side * math.radians(90.0), math.radians(-8.0), 3.1)
+    ahead_m = 0.18 * scene.tall_m
+    at = (x + ahead_m * math.cos(heading), y + ahead_m * math.sin(heading), z)
+    return View(at, heading - side * math.radians(90.0), math.radians(-8.0), 1.9 * scene.tall_m)
 
 
 def station(scene: Scene, t_s: float) -> View:
@@ -49,7 +52,8 @@ def station(scene: Scene, t_s: float) -> View:
     if scene.thing is not None:
         ground = np.vstack([ground, [scene.thing[:2]]])
     low, high = ground.min(axis=0) - AROUND_M, ground.max(axis=0) + AROUND_M
-    corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (0.0, TALL_M)])
+    tall_m = scene.tall_m + OVER_M
+    corners = np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (0.0, tall_m)])
     x, y, z = corners.mean(axis=0).tolist()
     heading = _bearing(track.pelvis[0, :2], scene.thing, float(track.headings_rad[0]))
     azimuth, elevation = heading - side_of_thing(scene) * math.radians(50.0), math.radians(-25.0)

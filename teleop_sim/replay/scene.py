@@ -25,13 +25,17 @@ class Scene:
     Attributes:
         track: where everything was.
         plant: the run's own, with its disturbances, never stepped.
-        thing: middle of what the task is about [m]; None where it has none.
+        thing: middle of what the task is about [m], at the start; None where it has none.
+        tall_m: height of the robot's highest joint at the start.
 
     """
 
-    def __init__(self, plant: Plant, track: Track, thing: Vector | None) -> None:
-        self.plant, self.track, self.thing = plant, track, thing
+    def __init__(self, plant: Plant, track: Track, site: Site) -> None:
+        self.plant, self.track = plant, track
         self._puppet = Puppet(plant, track.names)
+        self.at(float(track.t_s[0]))
+        self.thing = thing_of(site, plant)
+        self.tall_m = self._puppet.height_m()
 
     @staticmethod
     def of(log: Log) -> Scene:
@@ -46,10 +50,7 @@ class Scene:
         plant, site = rebuilt(log)
         if plant.joint_names != track.names:
             raise LogDamaged(str(log.path), f"its joints are not those of today's plant: it is of {_version(log)}")
-        scene = Scene(plant, track, None)
-        scene.at(float(track.t_s[0]))
-        scene.thing = thing_of(site, plant)
-        return scene
+        return Scene(plant, track, site)
 
     def at(self, t_s: float) -> Posture:
         """Put everything where it was at a time; see ``Track.at`` for what that is between samples."""

@@ -46,3 +46,8 @@ class Puppet:
         """Where every body is now: position [m] and quaternion w, x, y, z, (7,), by name."""
         model, data = self.plant.model, self.plant.data
         return {model.body(i).name: np.concatenate([data.xpos[i], data.xquat[i]]) for i in range(1, model.nbody)}
+
+    def height_m(self) -> float:
+        """How high the highest joint of the robot is now, over z = 0."""
+        model, data = self.plant.model, self.plant.data
+        return float(data.xpos[np.asarray(model.body_rootid) == 1, 2].max())
