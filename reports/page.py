@@ -1,65 +1,69 @@
-"""All reports of one log, written beside it."""
+"""A run's report in the formats that are asked for, written beside its log or elsewhere."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from teleop_sim.core.records import PlantSample
 from teleop_sim.log.load import load
-from teleop_sim.reports.drc_show import is_drc
-from teleop_sim.reports.drc_table import run_markdown
-from teleop_sim.reports.ledger import MESSAGES_NOTE, ledger, ledger_csv, ledger_markdown, message_ledger
-from teleop_sim.reports.table import csv_text, markdown_text, state_table
-from teleop_sim.reports.timeline import draw_timeline
-from teleop_sim.reports.timeline_layers import draw_layers, has_layers
-from teleop_sim.reports.verification import verification, verification_csv, verification_markdown
+from teleop_sim.reports import run_head
+from teleop_sim.reports.formats.files import PAGE, Made, write_parts
+from teleop_sim.reports.registry import RUN_PARTS
+from teleop_sim.reports.run_view import Run
 
 
-def write_report(log_path: Path | str, out_dir: Path | str | None = None) -> list[Path]:
-    """Write the timeline (PNG and SVG), the per-state table and the ledgers (CSV and Markdown) of a log.
+def write_run(log_path: Path | str, out: Path | str | None = None, formats: Sequence[str] = (PAGE,)) -> list[Path]:
+    """Write the report of a run.
 
     Args:
         log_path: of the log; may be cut off or interrupted.
-        out_dir: folder for the files, made if it is missing; None: the log's own.
+        out: folder for the files, made if it is missing; None: the log's own.
+        formats: of ``formats.files.FORMATS``.
 
     Returns:
-        the files: ``<log>.timeline.png``, ``.timeline.svg``, ``.states.csv``, ``.states.md``, ``.link.csv`` and
-        ``.link.md``; ``.messages.csv`` and ``.messages.md`` where messages are logged; ``.verification.csv`` and
-        ``.verification.md`` where claims were compared with pictures; ``.layers.png``, ``.layers.svg`` and
-        ``.layers.md`` of a door or valve, and where the crew worked at layers of control below a behaviour; of a door
-        or valve the layers come first.
+        the files: ``<log>.html``, and of other formats ``<log>.<part>.<ending>``, part by part.
 
     Raises:
-        LogDamaged: there is no log at that path.
+        LogDamaged: there is no log at that path, or a record does not fit its schema.
         OSError: a file cannot be written.
 
     """
-    log = load(log_path)
-    rows = state_table([log.records()])
-    folder = log.path.parent if out_dir is None else Path(out_dir)
+    return write_view(Run(load(log_path)), out, formats)
+
+
+def write_view(run: Run, out: Path | str | None = None, formats: Sequence[str] = (PAGE,)) -> list[Path]:
+    """As ``write_run``, of a run that is loaded."""
+    made = run_parts(run)
+    folder = run.log.path.parent if out is None else Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    name = log.path.name.removesuffix(".part").removesuffix(".mcap")
-    png, svg = (folder / f"{name}.{end}" for end in ("timeline.png", "timeline.svg"))
-    draw_timeline(log, png)
-    draw_timeline(log, svg)
-    packets = ledger(log.records())
-    texts = {
-        "states.csv": csv_text(rows),
-        "states.md": markdown_text(rows),
-        "link.csv": ledger_csv(packets),
-        "link.md": ledger_markdown(packets),
-    }
-    if messages := message_ledger(log.records("link/message")):
-        texts |= {"messages.csv": ledger_csv(messages), "messages.md": ledger_markdown(messages, MESSAGES_NOTE)}
-    if judged := verification(log.records()):
-        texts |= {"verification.csv": verification_csv(judged), "verification.md": verification_markdown(judged)}
-    kept = [r for r in log.records() if not isinstance(r, PlantSample)]
-    layers = [folder / f"{name}.layers.{end}" for end in ("png", "svg")] if has_layers(kept) or is_drc(kept) else []
-    for picture in layers:
-        draw_layers([kept], picture)
-        texts["layers.md"] = run_markdown(kept)
-    # What shows most of a run comes first.
-    pictures = [*layers, png, svg] if is_drc(kept) else [png, svg, *layers]
-    for end, text in texts.items():
-        (folder / f"{name}.{end}").write_text(text, encoding="utf-8")
-    return [*pictures, *(folder / f"{name}.{end}" for end in texts)]
+    stem = run.log.path.name.removesuffix(".part").removesuffix(".mcap")
+    pages = []
+    if PAGE in formats:
+        pages.append(folder / f"{stem}.html")
+        pages[0].write_text(run_html(run, made), encoding="utf-8")
+    return [*pages, *write_parts(made, folder, stem, formats)]
+
+
+def run_parts(run: Run) -> list[Made]:
+    """The parts that apply to a run, in order."""
+    made = ((part, part.make(run)) for part in RUN_PARTS)
+    return [Made(part.name, part.title, content) for part, content in made if content is not None]
+
+
+def run_html(run: Run, made: Sequence[Made]) -> str:
+    """The page of a run as the text of one file."""
+    from teleop_sim.reports.formats.html import Page, commands, page_html, tone
+
+    toml = run_head.started(run)
+    return page_html(
+        Page(
+            title=run_head.title(run),
+            verdict=run_head.verdict(run),
+            tone=tone(run_head.outcome(run)),
+            lede=run_head.question(run),
+            facts=run_head.facts(run),
+            made=tuple(made),
+            commands=commands(run_head.again(run)),
+            source=("The scenario as it was run", toml.scenario_toml if toml else ""),
+        )
+    )

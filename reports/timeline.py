@@ -13,11 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleop_sim.core.records import Record, Scored
-from teleop_sim.log.load import Log
 from teleop_sim.reports import lanes
 from teleop_sim.reports.captions import settings, title
 from teleop_sim.reports.intervals import Interval
@@ -69,31 +67,8 @@ class Lane:
     legend: Mapping[str, str]
 
 
-def draw_timeline(log: Log, path: Path | str) -> None:
-    """Draw a run.
-
-    Args:
-        log: of the run; may be cut off or interrupted: the title says so.
-        path: of the picture; ``.svg`` or ``.png`` decides what it is.
-
-    Raises:
-        ValueError: the path ends otherwise.
-        LogDamaged: a record does not fit its schema.
-        OSError: the picture cannot be written.
-
-    """
-    suffix = Path(path).suffix.lower()
-    if suffix not in (".svg", ".png"):
-        raise ValueError(f"{path}: a timeline is drawn as .svg or .png")
-    import matplotlib as mpl
-
-    # No date and no random ids: the same log gives the same bytes.
-    with mpl.rc_context({"svg.hashsalt": "teleop-sim", "font.size": 8.0, "font.family": "DejaVu Sans"}):
-        figure = _figure(list(log.records()))
-        figure.savefig(path, format=suffix[1:], dpi=130, metadata={"Date": None} if suffix == ".svg" else None)
-
-
-def _figure(records: Sequence[Record]) -> Figure:
+def timeline_figure(records: Sequence[Record]) -> Figure:
+    """A run, cut off or interrupted perhaps: the title says so. Drawn in the style that is in force (``style.py``)."""
     from matplotlib.figure import Figure
 
     rows = _lanes(records)

@@ -32,7 +32,9 @@ from teleop_sim.reports.drc_times import (
 )
 from teleop_sim.reports.intervals import Interval, union
 from teleop_sim.reports.lanes import scores
+from teleop_sim.reports.parts import Chart
 from teleop_sim.reports.shares import duration_s
+from teleop_sim.reports.style import drawn
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -75,7 +77,7 @@ def has_layers(records: Sequence[Record]) -> bool:
 
 
 def draw_layers(runs: Sequence[Sequence[Record]], path: Path | str) -> None:
-    """Draw one run, or several below one another with the time at which each manipulation began in line.
+    """Draw ``layers_figure`` into a file for paper.
 
     Args:
         runs: records of each, without the plant's; at least one run.
@@ -89,7 +91,16 @@ def draw_layers(runs: Sequence[Sequence[Record]], path: Path | str) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in (".svg", ".png"):
         raise ValueError(f"{path}: a timeline is drawn as .svg or .png")
-    import matplotlib as mpl
+    Path(path).write_bytes(drawn(Chart(lambda: layers_figure(runs), ""), suffix[1:]))
+
+
+def layers_figure(runs: Sequence[Sequence[Record]]) -> Figure:
+    """One run, or several below one another with the time at which each manipulation began in line.
+
+    Args:
+        runs: records of each, without the plant's; at least one run.
+
+    """
     from matplotlib.figure import Figure
 
     zeros_s = [evaluated(run)[0] if len(runs) > 1 else 0.0 for run in runs]
@@ -97,15 +108,14 @@ def draw_layers(runs: Sequence[Sequence[Record]], path: Path | str) -> None:
     limits = (min(start_s for start_s, _ in ends), max(max(end_s for _, end_s in ends), 1e-3))
     panel_in = ROW_IN * len(COLOURS)
     height_in = len(runs) * (panel_in + TITLE_IN) + AXIS_IN + LEGEND_IN
-    with mpl.rc_context({"svg.hashsalt": "teleop-sim", "font.size": 8.0, "font.family": "DejaVu Sans"}):
-        figure = Figure(figsize=(WIDTH_IN, height_in))
-        for i, (run, zero_s) in enumerate(zip(runs, zeros_s, strict=True)):
-            below_in = height_in - (i + 1) * (panel_in + TITLE_IN)
-            wide = (WIDTH_IN - LEFT_IN - RIGHT_IN) / WIDTH_IN
-            box = (LEFT_IN / WIDTH_IN, below_in / height_in, wide, panel_in / height_in)
-            _panel(figure.add_axes(box, label=str(i)), run, zero_s, limits, i == len(runs) - 1, len(runs) > 1)
-        _legend(figure, height_in)
-        figure.savefig(path, format=suffix[1:], dpi=130, metadata={"Date": None} if suffix == ".svg" else None)
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    for i, (run, zero_s) in enumerate(zip(runs, zeros_s, strict=True)):
+        below_in = height_in - (i + 1) * (panel_in + TITLE_IN)
+        wide = (WIDTH_IN - LEFT_IN - RIGHT_IN) / WIDTH_IN
+        box = (LEFT_IN / WIDTH_IN, below_in / height_in, wide, panel_in / height_in)
+        _panel(figure.add_axes(box, label=str(i)), run, zero_s, limits, i == len(runs) - 1, len(runs) > 1)
+    _legend(figure, height_in)
+    return figure
 
 
 def rows_of(records: Sequence[Record]) -> dict[str, list[Interval]]:

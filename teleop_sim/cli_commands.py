@@ -6,7 +6,6 @@ inside the commands, so that ``--help`` and shell completion answer at once.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -16,6 +15,7 @@ from teleop_sim.cli_complete import complete_scenario
 from teleop_sim.cli_errors import BAD_INPUT, DONE, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.cli_machines import machines_app
+from teleop_sim.cli_report import report
 from teleop_sim.cli_replay import replay
 from teleop_sim.cli_run import run
 from teleop_sim.cli_sweep import decide, sensitivity, sweep
@@ -37,6 +37,7 @@ app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
 app.add_typer(machines_app, name="machines")
 app.command()(run)
+app.command()(report)
 app.command()(replay)
 app.command()(sweep)
 app.command()(decide)
@@ -58,20 +59,6 @@ def _all(
     ] = False,
 ) -> None:
     pass
-
-
-@app.command()
-def report(
-    log: Annotated[Path, typer.Argument(help="A log, such as runs/src-dish_seed1.mcap.", metavar="LOG")],
-    out: Annotated[
-        Path | None, typer.Option(help="Directory for the files; left out: beside the log.", metavar="DIR")
-    ] = None,
-) -> None:
-    """Write a timeline picture and the table of states of LOG, and print the table."""
-    with errors_shown():
-        from teleop_sim.cli_show import print_report
-
-        print_report(log, out)
 
 
 @scenarios_app.command("list")

@@ -6,6 +6,7 @@ import json
 import math
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,6 @@ from rich.console import Console
 from rich.measure import Measurement
 
 from teleop_sim.cli_io import forget_reader
-from teleop_sim.cli_options import out_problems
-from teleop_sim.core.errors import BadInput
 from teleop_sim.core.units import format_time
 
 if TYPE_CHECKING:
@@ -90,30 +89,33 @@ def summary_lines(result: RunResult) -> list[str]:
     ]
 
 
-def print_report(log: Path, out: Path | None) -> None:
-    """Write the report of a log and print its tables and the files' paths.
+def print_report(path: Path, out: Path | None, formats: Sequence[str]) -> list[Path]:
+    """Write the report of a log or a sweep's directory, print a log's tables and the files' paths, and return these.
 
     Raises:
-        BadInput: the files cannot go to ``out``.
         LogDamaged: the log cannot be read.
         OSError: a file cannot be written.
 
     """
-    from teleop_sim.log.load import load
-    from teleop_sim.reports.page import write_report
+    paper = Paper()
+    if path.is_dir():
+        from teleop_sim.reports.sweep_page import write_sweep
 
-    opened = load(log)
-    problems = out_problems(log.parent if out is None else out)
-    if problems:
-        raise BadInput(tuple(problems))
-    paths = write_report(log, out)
-    paper, records = Paper(), list(opened.records())
-    _print_tables(paper, records)
-    _print_ledger(paper, records)
-    if opened.interrupted:
-        paper.print(f"\nThe run was interrupted: the log reads up to {opened.end_s:.1f} s.")
-    for path in paths:
-        paper.print(f"wrote {path}", soft_wrap=True)
+        paths = write_sweep(path, out, formats)
+    else:
+        from teleop_sim.log.load import load
+        from teleop_sim.reports.page import write_view
+        from teleop_sim.reports.run_view import Run
+
+        run = Run(load(path))
+        paths = write_view(run, out, formats)
+        _print_tables(paper, list(run.records))
+        _print_ledger(paper, list(run.records))
+        if run.log.interrupted:
+            paper.print(f"\nThe run was interrupted: the log reads up to {run.log.end_s:.1f} s.")
+    for written in paths:
+        paper.print(f"wrote {written}", soft_wrap=True)
+    return paths
 
 
 def _print_tables(paper: Console, records: list[Record]) -> None:

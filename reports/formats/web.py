@@ -1,0 +1,90 @@
+"""Figures as parts of a page: SVG that takes the page's colours and fonts and does not clash with its neighbours."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from teleop_sim.reports.parts import Chart, Drawing
+from teleop_sim.reports.style import NEUTRALS, page, saved
+
+_SVG = "http://www.w3.org/2000/svg"
+_XLINK = "http://www.w3.org/1999/xlink"
+_UNWANTED = frozenset(f"{{{_SVG}}}{name}" for name in ("metadata", "script", "foreignObject", "title"))
+_NEUTRAL = re.compile("|".join(NEUTRALS), re.IGNORECASE)
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
+_FAMILY = re.compile(r"'[^']*'(, *(?:'[^']*'|[\w-]+))*")
+_COLOURED = ("style", "fill", "stroke")
+_LINKS = ("href", f"{{{_XLINK}}}href")
+
+
+def chart_svg(chart: Chart, prefix: str) -> str:
+    """A chart as an SVG element of a page.
+
+    Args:
+        chart: what to draw.
+        prefix: of its ids, another for each figure of a page.
+
+    """
+    with page():
+        data = saved(chart, "svg")
+    return embedded(data, prefix, neutral=True)
+
+
+def drawing_svg(drawing: Drawing, prefix: str) -> str:
+    """A drawing as an SVG element of a page; it keeps its own colours."""
+    return embedded(drawing.render("svg"), prefix, neutral=False)
+
+
+def embedded(data: bytes, prefix: str, neutral: bool) -> str:
+    """An SVG file as an element of a page: ids prefixed, nothing that runs or leads away, as wide as there is room.
+
+    ``neutral``: neutral colours become those of the page, and texts take its font.
+    """
+    root = ElementTree.fromstring(data)  # noqa: S314 - our own drawing, its texts escaped
+    for parent in list(root.iter()):
+        for child in [c for c in parent if c.tag in _UNWANTED]:
+            parent.remove(child)
+    for element in root.iter():
+        _prefix(element, prefix)
+        for name in [n for n in element.attrib if n.startswith("on")]:
+            del element.attrib[name]
+        if neutral:
+            _recolour(element)
+    width = root.attrib.pop("width", "")
+    root.attrib.pop("height", None)
+    root.set("style", f"--wide: {_in_em(width)}")
+    # What matplotlib draws black without saying so.
+    root.set("fill", "currentColor")
+    ElementTree.register_namespace("", _SVG)
+    ElementTree.register_namespace("xlink", _XLINK)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _prefix(element: ElementTree.Element, prefix: str) -> None:
+    if "id" in element.attrib:
+        element.set("id", f"{prefix}-{element.attrib['id']}")
+    for name in _LINKS:
+        target = element.attrib.get(name, "#")
+        if target.startswith("#"):
+            if name in element.attrib:
+                element.set(name, f"#{prefix}-{target[1:]}")
+        else:
+            del element.attrib[name]
+    for name, value in element.attrib.items():
+        if "url(#" in value:
+            element.set(name, _REFERENCE.sub(rf"url(#{prefix}-\1)", value))
+
+
+def _recolour(element: ElementTree.Element) -> None:
+    for name in _COLOURED:
+        value = element.attrib.get(name)
+        if value is not None:
+            value = _NEUTRAL.sub(lambda found: NEUTRALS[found[0].lower()], value)
+            element.set(name, _FAMILY.sub("var(--sans)", value) if "font" in value else value)
+
+
+def _in_em(width: str) -> str:
+    """A width in points as one of the page's own units: 12 points are 1 rem, so 8 points of text are 0.67 rem."""
+    points = float(width.removesuffix("pt")) if width.endswith("pt") else 720.0
+    return f"{points / 12.0:.4g}rem"

@@ -1,0 +1,306 @@
+// Drawing of lanes on canvases. Bars that would fall on the same pixel are drawn once: 20,000 cost no more than a few
+// hundred.
+
+const NARROW_PX = 560;
+const INDENT_PX = 9;
+const FONT = '11px ';
+
+// The page's colours and font, as the theme has them now.
+function palette() {
+  const style = getComputedStyle(document.documentElement);
+  const found = {};
+  for (const name of ['ink', 'paper', 'muted', 'rule', 'shade', 'dark-band']) {
+    found[name] = style.getPropertyValue(`--${name}`).trim();
+  }
+  found.font = FONT + style.getPropertyValue('--sans');
+  return found;
+}
+
+function colourOf(kind, colours) { return colours[kind[1]] ?? kind[1]; }
+
+// Give a canvas the size of its box in the screen's own pixels.
+function fitCanvas(canvas, width, height) {
+  const ratio = window.devicePixelRatio || 1;
+  const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (canvas.width !== w || canvas.height !== h) {
+    canvas.width = w;
+    canvas.height = h;
+    canvas.style.height = `${height}px`;
+  }
+  const ctx = canvas.getContext('2d');
+  ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+  ctx.clearRect(0, 0, width, height);
+  return ctx;
+}
+
+// Where each row of a lane begins [pixel]; the last entry is the lane's height.
+function rowTops(lane) {
+  const tops = [2];
+  for (const row of lane.rows) tops.push(tops[tops.length - 1] + row.height);
+  return tops;
+}
+
+// Room left of the axis for names of rows; none on a narrow screen, where they stand in the rows.
+function gutterWidth(lanes, width, colours) {
+  if (width < NARROW_PX) return 0;
+  const ctx = document.createElement('canvas').getContext('2d');
+  ctx.font = colours.font;
+  let widest = 0;
+  for (const lane of lanes) {
+    for (const row of lane.rows) {
+      widest = Math.max(widest, ctx.measureText(row.name).width + row.depth * INDENT_PX);
+    }
+  }
+  return Math.min(Math.ceil(widest) + 12, Math.round(width * 0.32));
+}
+
+class Plot {
+  constructor(data, view) {
+    this.data = data;
+    this.view = view;
+    this.colours = palette();
+    this.width = 0;
+    this.left = 0;
+  }
+
+  resize(width) {
+    this.width = width;
+    this.left = gutterWidth(this.data.lanes, width, this.colours);
+  }
+
+  x(timeS) { return this.left + ((timeS - this.view.fromS) / this.view.spanS) * (this.width - this.left); }
+
+  time(x) { return this.view.fromS + ((x - this.left) / (this.width - this.left)) * this.view.spanS; }
+
+  lane(canvas, lane, chosen) {
+    const tops = rowTops(lane);
+    const height = tops[tops.length - 1] + 3;
+    const ctx = fitCanvas(canvas, this.width, height);
+    ctx.font = this.colours.font;
+    this.grid(ctx, lane, tops, height);
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(this.left, 0, this.width - this.left, height);
+    ctx.clip();
+    this.bands(ctx, lane, height);
+    this.guides(ctx, height);
+    this.bars(ctx, lane, tops);
+    for (const step of lane.steps) this.step(ctx, step, tops, lane.rows[step.row].height);
+    ctx.restore();
+    this.marks(ctx, lane, tops);
+    if (chosen) this.chosen(ctx, lane, tops, chosen);
+    this.names(ctx, lane, tops);
+  }
+
+  grid(ctx, lane, tops, height) {
+    ctx.fillStyle = this.colours.shade;
+    lane.rows.forEach((row, i) => {
+      if (i % 2 === 0 && lane.rows.length > 1 && row.height > 10) {
+        ctx.fillRect(this.left, tops[i], this.width - this.left, row.height);
+      }
+    });
+    ctx.fillStyle = this.colours.rule;
+    for (const timeS of this.ticks()) ctx.fillRect(Math.round(this.x(timeS)), 0, 1, height);
+    ctx.fillRect(this.left, 0, this.width - this.left, 1);
+  }
+
+  ticks() {
+    const step = tickStep(this.view.spanS, this.width - this.left, 76);
+    const found = [];
+    for (let n = Math.ceil(this.view.fromS / step - 1e-9); n * step <= this.view.toS * (1 + 1e-12); n += 1) {
+      found.push(n * step);
+    }
+    return found;
+  }
+
+  axis(canvas) {
+    const ctx = fitCanvas(canvas, this.width, 22);
+    const step = tickStep(this.view.spanS, this.width - this.left, 76);
+    ctx.font = this.colours.font;
+    ctx.textBaseline = 'top';
+    for (const timeS of this.ticks()) {
+      const x = this.x(timeS);
+      const text = clock(timeS, step, this.view.endS);
+      const half = ctx.measureText(text).width / 2;
+      ctx.fillStyle = this.colours.muted;
+      ctx.fillRect(Math.round(x), 0, 1, 4);
+      ctx.fillText(text, Math.min(Math.max(x - half, this.left), this.width - 2 * half), 6);
+    }
+  }
+
+  bands(ctx, lane, height) {
+    for (const [startS, endS, kind] of lane.bands) {
+      ctx.fillStyle = colourOf(this.data.kinds[kind], this.colours);
+      ctx.fillRect(this.x(startS), 0, Math.max(this.x(endS) - this.x(startS), 1), height);
+    }
+  }
+
+  guides(ctx, height) {
+    ctx.strokeStyle = '#009E73';
+    ctx.lineWidth = 1;
+    ctx.setLineDash([3, 3]);
+    ctx.beginPath();
+    for (const timeS of this.data.guides) {
+      const x = Math.round(this.x(timeS)) + 0.5;
+      ctx.moveTo(x, 0);
+      ctx.lineTo(x, height);
+    }
+    ctx.stroke();
+    ctx.setLineDash([]);
+  }
+
+  bars(ctx, lane, tops) {
+    const { start, end, row, kind } = lane.bars;
+    const painted = new Float64Array(lane.rows.length * this.data.kinds.length).fill(-1);
+    const runs = this.data.kinds.map(() => []);
+    for (let i = 0; i < start.length; i += 1) {
+      if (end[i] < this.view.fromS || start[i] > this.view.toS) continue;
+      const from = Math.max(this.x(start[i]), this.left - 2);
+      const to = Math.min(Math.max(this.x(end[i]), from + 1), this.width + 2);
+      const place = row[i] * this.data.kinds.length + kind[i];
+      if (to <= painted[place]) continue;
+      // What begins on a painted pixel begins behind it.
+      const fresh = to - from < 3 ? Math.max(from, painted[place]) : from;
+      painted[place] = Math.ceil(to);
+      const pad = Math.min(lane.rows[row[i]].height * 0.15, 2);
+      runs[kind[i]].push(fresh, tops[row[i]] + pad, Math.max(to - fresh, 0.8), lane.rows[row[i]].height - 2 * pad);
+    }
+    runs.forEach((rects, k) => {
+      if (!rects.length) return;
+      ctx.fillStyle = colourOf(this.data.kinds[k], this.colours);
+      ctx.beginPath();
+      for (let j = 0; j < rects.length; j += 4) ctx.rect(rects[j], rects[j + 1], rects[j + 2], rects[j + 3]);
+      ctx.fill();
+    });
+    this.seams(ctx, lane, tops);
+  }
+
+  // A hair between bars that touch, where there is room to see that they are two.
+  seams(ctx, lane, tops) {
+    const { start, end, row } = lane.bars;
+    const wide = (this.view.spanS / this.width) * 5;
+    const last = new Map();
+    ctx.fillStyle = this.colours.paper;
+    for (let i = 0; i < start.length; i += 1) {
+      if (start[i] > this.view.toS || end[i] < this.view.fromS || end[i] - start[i] < wide) continue;
+      if (last.get(row[i]) === start[i] && lane.rows[row[i]].height > 6) {
+        ctx.fillRect(this.x(start[i]) - 0.5, tops[row[i]] + 2, 1, lane.rows[row[i]].height - 4);
+      }
+      last.set(row[i], end[i]);
+    }
+  }
+
+  step(ctx, step, tops, height) {
+    const base = tops[step.row] + height;
+    ctx.beginPath();
+    ctx.moveTo(this.left - 2, base);
+    let y = base;
+    for (let i = 0; i < step.at.length; i += 1) {
+      const x = Math.min(Math.max(this.x(step.at[i]), this.left - 2), this.width + 2);
+      ctx.lineTo(x, y);
+      y = base - step.share[i] * height;
+      ctx.lineTo(x, y);
+    }
+    const end = Math.min(this.x(this.view.endS), this.width + 2);
+    ctx.lineTo(end, y);
+    ctx.lineWidth = 1.5;
+    ctx.strokeStyle = colourOf(this.data.kinds[step.kind], this.colours);
+    ctx.stroke();
+    ctx.lineTo(end, base);
+    ctx.globalAlpha = 0.22;
+    ctx.fillStyle = ctx.strokeStyle;
+    ctx.fill();
+    ctx.globalAlpha = 1;
+  }
+
+  marks(ctx, lane, tops) {
+    const { at, row, kind } = lane.marks;
+    for (let i = 0; i < at.length; i += 1) {
+      if (at[i] < this.view.fromS || at[i] > this.view.toS) continue;
+      const height = lane.rows[row[i]].height;
+      const look = this.data.kinds[kind[i]];
+      drawShape(ctx, look[2], this.x(at[i]), tops[row[i]] + height / 2, height, colourOf(look, this.colours), this.colours.ink);
+    }
+  }
+
+  chosen(ctx, lane, tops, found) {
+    ctx.strokeStyle = this.colours.ink;
+    ctx.lineWidth = 2;
+    const from = Math.max(this.x(found.startS) - 1, this.left);
+    const to = Math.min(this.x(found.endS) + 1, this.width - 1);
+    const height = Math.max(lane.rows[found.row].height, 5);
+    if (to >= from) ctx.strokeRect(from, tops[found.row] + 0.5, Math.max(to - from, 2), height - 1);
+  }
+
+  names(ctx, lane, tops) {
+    ctx.textBaseline = 'middle';
+    lane.rows.forEach((row, i) => {
+      const y = tops[i] + Math.max(row.height, 11) / 2 + 0.5;
+      if (row.name) this.name(ctx, row.name, row.depth * INDENT_PX, y);
+      for (const [share, word] of row.ticks ?? []) {
+        this.name(ctx, word, 0, tops[i] + (1 - share) * row.height);
+      }
+    });
+  }
+
+  name(ctx, text, indent, y) {
+    if (this.left > 0) {
+      ctx.fillStyle = this.colours.ink;
+      const room = this.left - 10 - indent;
+      const wide = ctx.measureText(text).width;
+      ctx.fillText(shortened(ctx, text, room), this.left - 8 - Math.min(wide, room), y);
+      return;
+    }
+    // In the row itself, with a rim so that bars below do not swallow it.
+    ctx.lineWidth = 3;
+    ctx.lineJoin = 'round';
+    ctx.strokeStyle = this.colours.paper;
+    ctx.fillStyle = this.colours.ink;
+    ctx.globalAlpha = 0.8;
+    ctx.strokeText(text, 3 + indent, y);
+    ctx.globalAlpha = 1;
+    ctx.fillText(text, 3 + indent, y);
+  }
+}
+
+function shortened(ctx, text, room) {
+  if (ctx.measureText(text).width <= room) return text;
+  let kept = text;
+  while (kept.length > 1 && ctx.measureText(`${kept}…`).width > room) kept = kept.slice(0, -1);
+  return `${kept}…`;
+}
+
+const SHAPES = {
+  star: (r) => [...Array(10).keys()].map((i) => {
+    const at = (Math.PI * i) / 5 - Math.PI / 2;
+    const far = i % 2 ? r * 0.45 : r * 1.15;
+    return [far * Math.cos(at), far * Math.sin(at)];
+  }),
+  diamond: (r) => [[0, -r], [r, 0], [0, r], [-r, 0]],
+  up: (r) => [[0, -r], [r, r * 0.8], [-r, r * 0.8]],
+  down: (r) => [[0, r], [r, -r * 0.8], [-r, -r * 0.8]],
+};
+
+function drawShape(ctx, shape, x, y, height, colour, ink) {
+  const r = Math.min(Math.max(height * 0.36, 2.5), 6.5);
+  ctx.fillStyle = colour;
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = 1.6;
+  ctx.beginPath();
+  if (shape === 'cross') {
+    ctx.moveTo(x - r, y - r); ctx.lineTo(x + r, y + r); ctx.moveTo(x + r, y - r); ctx.lineTo(x - r, y + r);
+    ctx.stroke();
+  } else if (shape in SHAPES) {
+    SHAPES[shape](r).forEach(([dx, dy], i) => (i ? ctx.lineTo(x + dx, y + dy) : ctx.moveTo(x + dx, y + dy)));
+    ctx.closePath();
+    ctx.fill();
+    ctx.lineWidth = 0.8;
+    ctx.strokeStyle = ink;
+    if (shape !== 'star') ctx.stroke();
+  } else if (shape === 'circle') {
+    ctx.arc(x, y, r * 0.8, 0, 2 * Math.PI);
+    ctx.fill();
+  } else {
+    ctx.fillRect(x - 0.9, y - height * 0.4, 1.8, height * 0.8);
+  }
+}
