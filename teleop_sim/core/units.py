@@ -71,7 +71,7 @@ def format_time(time_s: float) -> str:
     if abs(time_s) < 120.0:
         return f"{time_s:.3g} s"
     minutes, seconds = divmod(round(time_s), 60)
-    return f"{minutes} min {seconds} s"
+    return f"{minutes} min {seconds} s" if seconds else f"{minutes} min"
 
 
 def format_quantity(name: str, value: object) -> str:
