@@ -90,8 +90,9 @@ def test_a_formatted_time_reads_back_to_three_digits(time_s):
 
 @given(st.integers(120, 10**6))
 def test_long_times_are_minutes_and_seconds(time_s):
-    minutes, seconds = format_time(float(time_s)).split(" min ")
-    assert 60 * int(minutes) + int(seconds.removesuffix(" s")) == time_s
+    minutes, _, seconds = format_time(float(time_s)).partition(" min")
+    assert 60 * int(minutes) + int(seconds.strip().removesuffix(" s") or 0) == time_s
+    assert bool(seconds) == bool(time_s % 60)
 
 
 @pytest.mark.parametrize("no_time", [math.nan, math.inf])
