@@ -54,9 +54,9 @@ def replay(
 ) -> None:
     """Show the run in LOG again, in MuJoCo's viewer or, with --video, as a file.
 
-    Keys in the viewer: space pauses, left and right arrow go 5 s back and ahead, + and - change the speed, Home and End
-    go to the ends; the mouse moves the camera. Between two samples of the log, 0.2 s apart, what is shown is a straight
-    line, not physics.
+    Keys in the viewer: space pauses; left and right arrow go 5 s back and ahead; plus and minus change the speed; Home
+    and End go to the ends; the mouse moves the camera. Between two samples of the log, 0.2 s apart, what is shown lies
+    on a straight line: for display only.
     """
     given = {"--from": start, "--to": end, "--speed": speed, "--fps": fps, "--size": size, "--camera": camera}
     with errors_shown():
@@ -76,7 +76,9 @@ def _in_window(asked: Asked) -> None:
 
     from teleop_sim.replay.play import play
     from teleop_sim.replay.player import KEYS
+    from teleop_sim.world.window import need_display
 
+    need_display()
     say(f"keys: {KEYS}")
     play(asked.log, asked.cut.from_s, asked.cut.to_s, asked.cut.speed, asked.camera, time.perf_counter, time.sleep)
 

@@ -86,10 +86,8 @@ def _stretch(log: Log | None, given: Mapping[str, str | None], problems: list[Pr
             times_s[name] = otherwise_s if text is None else parse_time_s(text, name)
         except BadInput as error:
             problems += error.problems
-    if len(times_s) < 2:
-        return 0.0, end_s
-    from_s, to_s = times_s["--from"], min(times_s["--to"], end_s)
-    if given.get("--from") is not None and from_s > end_s:
+    from_s, to_s = times_s.get("--from", 0.0), min(times_s.get("--to", end_s), end_s)
+    if from_s > end_s:
         what = f"{given['--from']} is after the log's end at {format_time(end_s)}"
         problems.append(Problem("--from", what, "Give an earlier time."))
     elif from_s > to_s:

@@ -58,7 +58,7 @@ def play(
 
 def words(player: Player, told: Told) -> tuple[str, str]:
     """Two columns of the viewer's text: what, and how it is."""
-    speed = "paused" if player.paused else f"{player.speed:g} times"
+    speed = "paused" if player.paused else f"{player.speed:g}x"
     link = ", ".join(f"{way} {state}" for way, state in told.link.items())
     rows = [
         ("time", f"{clock(Shot(player.t_s))} ({speed})"),

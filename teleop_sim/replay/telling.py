@@ -99,7 +99,11 @@ class Telling:
             return [r for r in by_kind.get(kind, []) if isinstance(r, kind)]
 
         taken, packets, episodes, waits = of(TransitionTaken), of(PacketEnded), of(EpisodeEnded), of(Waited)
-        begun = [(r.t_s, r.state) for r in (*taken, *episodes, *waits)]
+        begun = (
+            [(r.t_s, r.state) for r in taken]
+            + [(r.start_s, r.state) for r in episodes]
+            + [(r.start_s, r.state) for r in waits]
+        )
         self._state = _steps(taken, lambda r: r.t_s, lambda r: r.next_state, min(begun)[1] if begun else "")
         self._mode = _steps(of(ModeChanged), lambda r: r.t_s, lambda r: r.mode, "normal")
         self._skills = _Spans([(r.start_s, r.t_s, r.skill) for r in episodes])

@@ -35,13 +35,13 @@ MOST_GEOMS = 2000
 
 
 class CannotDraw(TeleopError, RuntimeError):
-    """Nothing can be drawn on this machine. Fields: why."""
+    """Nothing can be drawn on this machine. Fields: why, and what would help."""
 
-    def __init__(self, why: str) -> None:
-        super().__init__(why)
+    def __init__(self, why: str, hint: str) -> None:
+        super().__init__(why, hint)
 
     def __str__(self) -> str:
-        return f"cannot draw: {self.args[0]}\n  {HELP}"
+        return "cannot draw: {}\n  {}".format(*self.args)
 
 
 @dataclass(frozen=True)
@@ -179,5 +179,5 @@ def _context(width_px: int, height_px: int) -> Any:
         made = GLContext(width_px, height_px)
         made.make_current()
     except Exception as error:  # the bindings raise whatever they like: ImportError, AttributeError, GLError
-        raise CannotDraw(" ".join(str(error).split()) or type(error).__name__) from error
+        raise CannotDraw(" ".join(str(error).split()) or type(error).__name__, HELP) from error
     return made

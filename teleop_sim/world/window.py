@@ -15,7 +15,7 @@ import numpy as np
 from teleop_sim.world.drawing import CannotDraw, View
 from teleop_sim.world.plant import Plant
 
-NO_DISPLAY = "there is no display to open a window on"
+NO_DISPLAY = "there is no display to open a window on", "A video needs none: teleop-sim replay LOG --video run.mp4."
 
 
 class Window:
@@ -33,10 +33,11 @@ class Window:
     """
 
     def __init__(self, plant: Plant, view: View, follow: str, pressed: Callable[[int], None]) -> None:
-        _need_display()
+        need_display()
         from mujoco import viewer
 
-        self._plant = plant
+        light = plant.model.vis.headlight
+        light.ambient[:], light.diffuse[:], light.specular[:] = 0.4, 0.55, 0.0
         self._handle: Any = viewer.launch_passive(
             plant.model, plant.data, key_callback=pressed, show_left_ui=False, show_right_ui=False
         )
@@ -70,13 +71,18 @@ class Window:
         self._handle.close()
 
 
-def _need_display() -> None:
-    """Ask before mujoco does: its viewer fails in a thread, and whoever opened it would wait for ever."""
+def need_display() -> None:
+    """Ask before mujoco does: its viewer fails in a thread, and whoever opened it would wait for ever.
+
+    Raises:
+        CannotDraw: there is no display here.
+
+    """
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise CannotDraw(NO_DISPLAY)
+        raise CannotDraw(*NO_DISPLAY)
     import glfw
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if not glfw.init():
-            raise CannotDraw(NO_DISPLAY)
+            raise CannotDraw(*NO_DISPLAY)
