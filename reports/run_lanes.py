@@ -268,7 +268,7 @@ def layers(run: Run) -> Lane:
     """Layers of control, in the paper's rows and colours; nothing where the crew did not work at layers."""
     if not timeline_layers.has_layers(run.records):
         return Lane("layers", "", ())
-    darker = {"black": "ink"}
+    darker = {"black": "ink", "purple": "violet", "darkgreen": "forest"}
     colours = {row: darker.get(colour, colour) for row, colour in timeline_layers.COLOURS.items()}
     work = [r for r in run.records if isinstance(r, Layer)]
     bars, made = [], []

@@ -45,7 +45,7 @@ def layers(run: Run) -> Chart | None:
     return Chart(
         lambda: layers_figure([run.records]),
         "Bars over time: requests, alignment, answers, stepping, body motion, behaviour, template, teleoperation",
-        "Rows and colours as in Fig. 17 of the ViGIR paper; white is the time of the manipulation.",
+        "Rows and colours as in Fig. 17 of the ViGIR paper; what is not shaded is the time of the manipulation.",
     )
 
 

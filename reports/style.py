@@ -34,6 +34,10 @@ NEUTRALS: Mapping[str, str] = {
     "#e4e4e4": "var(--rule)",
     "#f6f6f6": "var(--shade)",
     "#efefef": "var(--shade)",
+    # Of the ViGIR paper's Fig. 17, too dark for a dark page.
+    "#800080": "var(--violet)",
+    "#006400": "var(--forest)",
+    "#00441b": "var(--forest)",
 }
 """Colour in a figure's SVG, in lower case, to what a page puts there."""
 

@@ -10,6 +10,7 @@ import base64
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -25,9 +26,14 @@ from teleop_sim.reports.parts import Cell, Chart, Column, Drawing, Picture, Pict
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 _SCRIPTS = ("page.js", "tables.js", "timeline_scale.js", "timeline_draw.js", "timeline_input.js", "timeline.js")
 _STYLES = ("page.css", "tables.css", "timeline.css")
+
+_JOINT = re.compile(r"(?<=[/_])(?=\w)")
+_LONG = 16
+"""Characters up to which a cell stays in one line (a choice of layout)."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +147,7 @@ def _picture(picture: Picture) -> Mapping[str, str]:
 class _Td:
     """A cell: as shown, the number to sort by (empty: the text), and where it leads."""
 
-    text: str
+    text: Markup
     value: str
     link: str
     right: bool
@@ -170,7 +176,14 @@ def _td(column: Column, cell: Cell, right: bool, link: str) -> _Td:
     value = f"{cell:.7g}" if number else ""
     # An address of our own making leads to a file beside the page, never elsewhere.
     inside = link if link and not urlsplit(link).scheme and not link.startswith("/") else ""
-    return _Td(text, value if value != text else "", inside, right)
+    return _Td(_broken(text), value if value != text else "", inside, right)
+
+
+def _broken(text: str) -> Markup:
+    """A text that may go on in a new line after a slash or an underscore, as in the path of a state."""
+    from markupsafe import Markup, escape
+
+    return Markup("<wbr>").join(_JOINT.split(text)) if len(text) > _LONG else escape(text)
 
 
 def tone(outcome: str) -> str:

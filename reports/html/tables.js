@@ -40,7 +40,7 @@ for (const table of document.querySelectorAll('table.sortable')) {
 
 // A box that has nothing to scroll is no stop for the keyboard.
 function settleBoxes() {
-  for (const box of document.querySelectorAll('.scroll')) {
+  for (const box of document.querySelectorAll('.scroll, .chart, .drawing')) {
     if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
     else box.removeAttribute('tabindex');
   }

@@ -221,7 +221,7 @@ class Timeline {
     canvas.scrollIntoView({ block: 'nearest' });
     const at = canvas.getBoundingClientRect();
     const x = Math.min(Math.max(this.plot.x(found.startS), this.plot.left), this.plot.width);
-    this.tell(found, at.left + x, at.top + rowTops(found.lane)[found.row + 1]);
+    this.tell(found, at.left + x, at.top + this.plot.places(found.lane)[found.row].bottom);
     this.later();
     this.said.textContent = `${found.lane.title}: ${this.tip.innerText.replaceAll('\n', ', ')}`;
   }
@@ -250,8 +250,8 @@ function inOrder(lane) {
 }
 
 function nearest(lane, plot, x, y, near) {
-  const tops = rowTops(lane);
-  const down = (row) => Math.max(tops[row] - y, y - tops[row + 1], 0);
+  const rows = plot.places(lane);
+  const down = (row) => Math.max(rows[row].top - y, y - rows[row].bottom, 0);
   let best = null;
   let least = near;
   // Marks lie above bars, and later bars above earlier ones.

@@ -3,13 +3,14 @@
 
 const NARROW_PX = 560;
 const INDENT_PX = 9;
+const NAME_PX = 13;
 const FONT = '11px ';
 
 // The page's colours and font, as the theme has them now.
 function palette() {
   const style = getComputedStyle(document.documentElement);
   const found = {};
-  for (const name of ['ink', 'paper', 'muted', 'rule', 'shade', 'dark-band']) {
+  for (const name of ['ink', 'paper', 'muted', 'rule', 'shade', 'dark-band', 'violet', 'forest']) {
     found[name] = style.getPropertyValue(`--${name}`).trim();
   }
   found.font = FONT + style.getPropertyValue('--sans');
@@ -33,14 +34,17 @@ function fitCanvas(canvas, width, height) {
   return ctx;
 }
 
-// Where each row of a lane begins [pixel]; the last entry is the lane's height.
-function rowTops(lane) {
-  const tops = [2];
-  for (const row of lane.rows) tops.push(tops[tops.length - 1] + row.height);
-  return tops;
+// Where each row of a lane begins and ends [pixel]; `above` each named row there is room for its name.
+function rowPlaces(lane, above) {
+  let y = 2;
+  return lane.rows.map((row) => {
+    const top = y + (row.name ? above : 0);
+    y = top + row.height;
+    return { top, bottom: y, height: row.height };
+  });
 }
 
-// Room left of the axis for names of rows; none on a narrow screen, where they stand in the rows.
+// Room left of the axis for names of rows; none on a narrow screen, where they stand above the rows.
 function gutterWidth(lanes, width, colours) {
   if (width < NARROW_PX) return 0;
   const ctx = document.createElement('canvas').getContext('2d');
@@ -68,35 +72,37 @@ class Plot {
     this.left = gutterWidth(this.data.lanes, width, this.colours);
   }
 
+  places(lane) { return rowPlaces(lane, this.left ? 0 : NAME_PX); }
+
   x(timeS) { return this.left + ((timeS - this.view.fromS) / this.view.spanS) * (this.width - this.left); }
 
   time(x) { return this.view.fromS + ((x - this.left) / (this.width - this.left)) * this.view.spanS; }
 
   lane(canvas, lane, chosen) {
-    const tops = rowTops(lane);
-    const height = tops[tops.length - 1] + 3;
+    const rows = this.places(lane);
+    const height = rows[rows.length - 1].bottom + 3;
     const ctx = fitCanvas(canvas, this.width, height);
     ctx.font = this.colours.font;
-    this.grid(ctx, lane, tops, height);
+    this.grid(ctx, rows, height);
     ctx.save();
     ctx.beginPath();
     ctx.rect(this.left, 0, this.width - this.left, height);
     ctx.clip();
     this.bands(ctx, lane, height);
     this.guides(ctx, height);
-    this.bars(ctx, lane, tops);
-    for (const step of lane.steps) this.step(ctx, step, tops, lane.rows[step.row].height);
+    this.bars(ctx, lane, rows);
+    for (const step of lane.steps) this.step(ctx, step, rows[step.row]);
     ctx.restore();
-    this.marks(ctx, lane, tops);
-    if (chosen) this.chosen(ctx, lane, tops, chosen);
-    this.names(ctx, lane, tops);
+    this.marks(ctx, lane, rows);
+    if (chosen) this.chosen(ctx, rows[chosen.row], chosen);
+    this.names(ctx, lane, rows);
   }
 
-  grid(ctx, lane, tops, height) {
+  grid(ctx, rows, height) {
     ctx.fillStyle = this.colours.shade;
-    lane.rows.forEach((row, i) => {
-      if (i % 2 === 0 && lane.rows.length > 1 && row.height > 10) {
-        ctx.fillRect(this.left, tops[i], this.width - this.left, row.height);
+    rows.forEach((row, i) => {
+      if (i % 2 === 0 && rows.length > 1 && row.height > 10) {
+        ctx.fillRect(this.left, row.top, this.width - this.left, row.height);
       }
     });
     ctx.fillStyle = this.colours.rule;
@@ -149,7 +155,7 @@ class Plot {
     ctx.setLineDash([]);
   }
 
-  bars(ctx, lane, tops) {
+  bars(ctx, lane, rows) {
     const { start, end, row, kind } = lane.bars;
     const painted = new Float64Array(lane.rows.length * this.data.kinds.length).fill(-1);
     const runs = this.data.kinds.map(() => []);
@@ -162,8 +168,9 @@ class Plot {
       // What begins on a painted pixel begins behind it.
       const fresh = to - from < 3 ? Math.max(from, painted[place]) : from;
       painted[place] = Math.ceil(to);
-      const pad = Math.min(lane.rows[row[i]].height * 0.15, 2);
-      runs[kind[i]].push(fresh, tops[row[i]] + pad, Math.max(to - fresh, 0.8), lane.rows[row[i]].height - 2 * pad);
+      const { top, height: high } = rows[row[i]];
+      const pad = Math.min(high * 0.15, 2);
+      runs[kind[i]].push(fresh, top + pad, Math.max(to - fresh, 0.8), high - 2 * pad);
     }
     runs.forEach((rects, k) => {
       if (!rects.length) return;
@@ -172,26 +179,25 @@ class Plot {
       for (let j = 0; j < rects.length; j += 4) ctx.rect(rects[j], rects[j + 1], rects[j + 2], rects[j + 3]);
       ctx.fill();
     });
-    this.seams(ctx, lane, tops);
+    this.seams(ctx, lane, rows);
   }
 
   // A hair between bars that touch, where there is room to see that they are two.
-  seams(ctx, lane, tops) {
+  seams(ctx, lane, rows) {
     const { start, end, row } = lane.bars;
     const wide = (this.view.spanS / this.width) * 5;
     const last = new Map();
     ctx.fillStyle = this.colours.paper;
     for (let i = 0; i < start.length; i += 1) {
       if (start[i] > this.view.toS || end[i] < this.view.fromS || end[i] - start[i] < wide) continue;
-      if (last.get(row[i]) === start[i] && lane.rows[row[i]].height > 6) {
-        ctx.fillRect(this.x(start[i]) - 0.5, tops[row[i]] + 2, 1, lane.rows[row[i]].height - 4);
+      if (last.get(row[i]) === start[i] && rows[row[i]].height > 6) {
+        ctx.fillRect(this.x(start[i]) - 0.5, rows[row[i]].top + 2, 1, rows[row[i]].height - 4);
       }
       last.set(row[i], end[i]);
     }
   }
 
-  step(ctx, step, tops, height) {
-    const base = tops[step.row] + height;
+  step(ctx, step, { bottom: base, height }) {
     ctx.beginPath();
     ctx.moveTo(this.left - 2, base);
     let y = base;
@@ -213,52 +219,49 @@ class Plot {
     ctx.globalAlpha = 1;
   }
 
-  marks(ctx, lane, tops) {
+  marks(ctx, lane, rows) {
     const { at, row, kind } = lane.marks;
     for (let i = 0; i < at.length; i += 1) {
       if (at[i] < this.view.fromS || at[i] > this.view.toS) continue;
-      const height = lane.rows[row[i]].height;
+      const { top, height } = rows[row[i]];
       const look = this.data.kinds[kind[i]];
-      drawShape(ctx, look[2], this.x(at[i]), tops[row[i]] + height / 2, height, colourOf(look, this.colours), this.colours.ink);
+      drawShape(ctx, look[2], this.x(at[i]), top + height / 2, height, colourOf(look, this.colours), this.colours.ink);
     }
   }
 
-  chosen(ctx, lane, tops, found) {
+  chosen(ctx, place, found) {
     ctx.strokeStyle = this.colours.ink;
     ctx.lineWidth = 2;
     const from = Math.max(this.x(found.startS) - 1, this.left);
     const to = Math.min(this.x(found.endS) + 1, this.width - 1);
-    const height = Math.max(lane.rows[found.row].height, 5);
-    if (to >= from) ctx.strokeRect(from, tops[found.row] + 0.5, Math.max(to - from, 2), height - 1);
+    const height = Math.max(place.height, 5);
+    if (to >= from) ctx.strokeRect(from, place.top + 0.5, Math.max(to - from, 2), height - 1);
   }
 
-  names(ctx, lane, tops) {
+  names(ctx, lane, rows) {
+    const nested = lane.rows.some((row) => row.depth > 0);
     ctx.textBaseline = 'middle';
     lane.rows.forEach((row, i) => {
-      const y = tops[i] + Math.max(row.height, 11) / 2 + 0.5;
-      if (row.name) this.name(ctx, row.name, row.depth * INDENT_PX, y);
-      for (const [share, word] of row.ticks ?? []) {
-        this.name(ctx, word, 0, tops[i] + (1 - share) * row.height);
-      }
+      const { top, height } = rows[i];
+      const y = this.left ? top + Math.max(height, 11) / 2 + 0.5 : top - NAME_PX / 2 + 1;
+      if (row.name) this.name(ctx, row.name, row.depth * INDENT_PX, y, nested);
+      for (const [share, word] of row.ticks ?? []) this.name(ctx, word, 0, top + (1 - share) * height, false);
     });
   }
 
-  name(ctx, text, indent, y) {
+  // Left of the axis, those of a tree from its root; above the row, with a rim, on a narrow screen.
+  name(ctx, text, indent, y, nested) {
+    ctx.fillStyle = this.colours.ink;
     if (this.left > 0) {
-      ctx.fillStyle = this.colours.ink;
       const room = this.left - 10 - indent;
-      const wide = ctx.measureText(text).width;
-      ctx.fillText(shortened(ctx, text, room), this.left - 8 - Math.min(wide, room), y);
+      const wide = Math.min(ctx.measureText(text).width, room);
+      ctx.fillText(shortened(ctx, text, room), nested ? 2 + indent : this.left - 8 - wide, y);
       return;
     }
-    // In the row itself, with a rim so that bars below do not swallow it.
     ctx.lineWidth = 3;
     ctx.lineJoin = 'round';
     ctx.strokeStyle = this.colours.paper;
-    ctx.fillStyle = this.colours.ink;
-    ctx.globalAlpha = 0.8;
     ctx.strokeText(text, 3 + indent, y);
-    ctx.globalAlpha = 1;
     ctx.fillText(text, 3 + indent, y);
   }
 }
