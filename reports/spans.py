@@ -17,18 +17,26 @@ def duration_s(records: Sequence[Record]) -> float:
 def asked(records: Sequence[Record]) -> list[Interval]:
     """When the field site waited for its operator.
 
-    From each request to its answer, or to the next transition where something else moved the machine on, or to the end;
-    and whatever the field site itself logged as a wait for the operator.
+    From each request to its end, and whatever the field site itself logged as a wait for the operator.
     """
     waits = [(r.start_s, r.t_s) for r in records if isinstance(r, Waited) and r.kind == "operator"]
+    return waits + [(start_s, end_s) for _, start_s, end_s in requests(records)]
+
+
+def requests(records: Sequence[Record]) -> list[tuple[int, float, float]]:
+    """Each request's number, and from when to when it was open at the field site [s].
+
+    It ends with its answer, or with the next transition where something else moved the machine on, or with the run.
+    """
+    made: list[tuple[int, float, float]] = []
     pending: dict[int, float] = {}
     for r in records:
         if isinstance(r, Requested):
             pending.setdefault(r.request, r.t_s)
         elif isinstance(r, TransitionTaken):
-            waits += [(start_s, r.t_s) for start_s in pending.values()]
+            made += [(number, start_s, r.t_s) for number, start_s in pending.items()]
             pending.clear()
         elif isinstance(r, Released) and r.effect == "answered" and r.request in pending:
-            waits.append((pending.pop(r.request), r.t_s))
+            made.append((r.request, pending.pop(r.request), r.t_s))
     end_s = duration_s(records)
-    return waits + [(start_s, end_s) for start_s in pending.values()]
+    return made + [(number, start_s, end_s) for number, start_s in pending.items()]
