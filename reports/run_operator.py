@@ -48,9 +48,7 @@ def age_chart(run: Run) -> Chart | None:
         "Now less when the newest thing was sent that has arrived (age of information, Kaul, Yates and Gruteser 2012). "
         "What is expected meanwhile, such as that a standing robot still stands, does not count."
     )
-    return Chart(
-        lambda: _age_figure(shown, run.end_s), f"Age of what is known at the station, on average {words}.", note
-    )
+    return Chart(lambda: _age_figure(shown, run), f"Age of what is known at the station, on average {words}.", note)
 
 
 def operator_sheet(run: Run) -> Sheet | None:
