@@ -13,6 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from teleop_sim.core.units import format_quantity
+from teleop_sim.reports.state_counts import COLUMNS, StateCount, entries
+from teleop_sim.reports.table import Entry
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,10 +69,13 @@ class SweepRuns:
         design: how the cells came about: ``grid``, ``lhs:40``, the name of a file, ...
         planned: runs that there will be, at most.
         cells: that there will be.
+        finished: whether all of them are.
         until: whether cells stop when they are known well enough.
         seed: of all chance.
         detail: what is kept of a run.
         where: the sweep's directory, as people type it.
+        scenario: that was varied, as TOML.
+        versions: with which it was run, in words.
         to_logs: from the report's folder to the sweep's directory: empty, or with a stroke at its end.
         pages: of runs, beside their logs, from the sweep's directory.
         states: see ``load_sweep_states``; None: not kept.
@@ -89,10 +94,13 @@ class SweepRuns:
     design: str
     planned: int
     cells: int
+    finished: bool
     until: bool
     seed: int
     detail: str
     where: str
+    scenario: str = ""
+    versions: str = ""
     to_logs: str = ""
     pages: frozenset[str] = frozenset()
     states: pd.DataFrame | None = field(default=None, repr=False)
@@ -159,6 +167,17 @@ class SweepRuns:
         """``summary`` with the factors of each cell."""
         first = self.runs.drop_duplicates("cell")[["cell", *self.factors]]
         return first.merge(self.summary, on="cell").sort_values("cell", ignore_index=True)
+
+    @cached_property
+    def entries(self) -> Mapping[tuple[int, int], Mapping[str, Entry]]:
+        """Cell and replicate of each run to what it did in each row of Table II; empty where states were not kept."""
+        if self.states is None:
+            return {}
+        found: dict[tuple[int, int], list[StateCount]] = {}
+        columns = [self.states[name].tolist() for name in ("cell", "replicate", *COLUMNS)]
+        for cell, replicate, *count in zip(*columns, strict=True):
+            found.setdefault((cell, replicate), []).append(StateCount(*count))
+        return {run: entries(counts) for run, counts in found.items()}
 
     def says(self, name: str, value: Any) -> str:
         """A value of a factor for people: ``380 bit/s``."""

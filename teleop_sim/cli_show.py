@@ -99,7 +99,7 @@ def print_report(path: Path, out: Path | None, formats: Sequence[str]) -> list[P
     """
     paper = Paper()
     if path.is_dir():
-        from teleop_sim.reports.sweep_page import write_sweep
+        from teleop_sim.sweep.report import write_sweep
 
         paths = write_sweep(path, out, formats)
     else:
