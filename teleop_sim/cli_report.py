@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from teleop_sim.cli_errors import errors_shown
-from teleop_sim.core.errors import BadInput, Problem, unknown_name
+from teleop_sim.core.errors import BadInput, LogDamaged, Problem, unknown_name
 
 ALL = "all"
 DEFAULT = "html"
@@ -18,7 +18,8 @@ JOURNAL = "sweep.json"
 
 def report(
     path: Annotated[
-        Path, typer.Argument(help="A run's log, such as runs/src-dish_seed1.mcap, or a sweep's directory.")
+        Path,
+        typer.Argument(help="A run's log, such as runs/src-dish_seed1.mcap, or a sweep's directory.", metavar="PATH"),
     ],
     formats: Annotated[
         list[str] | None,
@@ -42,7 +43,7 @@ def report(
         if show and not problems and DEFAULT not in wanted:
             problems.append(Problem("--open", "there is no page to open", "Add --format html."))
         if problems:
-            raise BadInput(tuple(problems))
+            raise BadInput((*problems, *_log_problems(path)))
         pages = print_report(path, out, wanted)
         if show:
             typer.launch(pages[0].absolute().as_uri())
@@ -71,6 +72,18 @@ def path_problems(path: Path) -> list[Problem]:
     which = f"Give one of its logs, such as {logs[0]}." if logs else "Give a log or a sweep's directory."
     what = f"is a directory with {len(logs)} logs and no {JOURNAL}"
     return [Problem(str(path), what, which)]
+
+
+def _log_problems(path: Path) -> list[Problem]:
+    """What is wrong with a log, to be told along with other problems."""
+    from teleop_sim.log.load import load
+
+    try:
+        if not path.is_dir():
+            load(path)
+    except LogDamaged as error:
+        return [Problem(*error.args)]
+    return []
 
 
 def _out_problems(path: Path, out: Path | None) -> list[Problem]:

@@ -16,7 +16,7 @@ _SPECIAL = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
-    '"': r"\textquotedbl{}",
+    '"': r"\char34{}",  # \textquotedbl is not in every encoding
     # What old engines lack in their input encoding, and what tables of ours hold.
     "±": r"$\pm$",
     "×": r"$\times$",
