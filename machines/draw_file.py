@@ -10,6 +10,8 @@ from teleop_sim.core.errors import BadInput, Problem
 
 TEXT = (".dot", ".gv")
 PICTURES = (".svg", ".png", ".pdf")
+_MISSING = "pictures are made by Graphviz's program dot, which is not here"
+_INSTALL = "Install it (apt install graphviz, brew install graphviz), or write a .dot file."
 
 
 def refuse_suffix(path: Path) -> None:
@@ -18,13 +20,35 @@ def refuse_suffix(path: Path) -> None:
     if suffix not in (*TEXT, *PICTURES):
         known = ", ".join((*TEXT, *PICTURES))
         raise BadInput((Problem(str(path), f"{suffix or 'no suffix'} is no kind of drawing", f"Give one of {known}."),))
-    if suffix in PICTURES and shutil.which("dot") is None:
-        hint = "Install it (apt install graphviz, brew install graphviz), or write a .dot file."
-        raise BadInput((Problem(str(path), "pictures are made by Graphviz's program dot, which is not here", hint),))
+    if suffix in PICTURES and not can_draw():
+        raise BadInput((Problem(str(path), _MISSING, _INSTALL),))
+
+
+def can_draw() -> bool:
+    """Whether Graphviz's program is here."""
+    return shutil.which("dot") is not None
+
+
+def drawn(dot: str, suffix: str, path: str = "drawing") -> bytes:
+    """DOT text as a picture: ``svg``, ``png`` or ``pdf``. The same version of Graphviz makes the same SVG of it.
+
+    Raises:
+        BadInput: Graphviz is not installed or cannot lay the drawing out; ``path`` is its place.
+
+    """
+    program = shutil.which("dot")
+    if program is None:
+        raise BadInput((Problem(path, _MISSING, _INSTALL),))
+    # The text comes on standard input and the suffix is one of ours: nothing of it is a command.
+    done = subprocess.run([program, f"-T{suffix}"], input=dot.encode(), capture_output=True, check=False)  # noqa: S603
+    if done.returncode or not done.stdout:
+        why = done.stderr.decode(errors="replace").strip() or f"it ended with code {done.returncode}"
+        raise BadInput((Problem(path, f"dot made no picture: {why}", "Write a .dot file to see what it was given."),))
+    return done.stdout
 
 
 def write_drawing(dot: str, path: Path) -> None:
-    """Write DOT text as .dot, .gv, .svg, .png or .pdf. The same version of Graphviz makes the same SVG of it.
+    """Write DOT text as .dot, .gv, .svg, .png or .pdf; see ``drawn``.
 
     Raises:
         BadInput: another suffix, Graphviz is not installed or cannot lay the drawing out.
@@ -32,17 +56,8 @@ def write_drawing(dot: str, path: Path) -> None:
 
     """
     refuse_suffix(path)
-    if path.suffix.lower() in TEXT:
+    suffix = path.suffix.lower()
+    if suffix in TEXT:
         path.write_text(dot, encoding="utf-8")
-        return
-    program = shutil.which("dot")
-    assert program is not None
-    # The text comes on standard input and the suffix is one of ours: nothing of it is a command.
-    command = [program, f"-T{path.suffix.lower()[1:]}"]
-    done = subprocess.run(command, input=dot.encode(), capture_output=True, check=False)  # noqa: S603
-    if done.returncode or not done.stdout:
-        why = done.stderr.decode(errors="replace").strip() or f"it ended with code {done.returncode}"
-        raise BadInput(
-            (Problem(str(path), f"dot made no picture: {why}", "Write a .dot file to see what it was given."),)
-        )
-    path.write_bytes(done.stdout)
+    else:
+        path.write_bytes(drawn(dot, suffix[1:], str(path)))

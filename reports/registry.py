@@ -5,6 +5,7 @@ from __future__ import annotations
 from teleop_sim.reports.parts import Part
 from teleop_sim.reports.run_ledger import ledger_sheet, messages_sheet
 from teleop_sim.reports.run_link import link_chart, link_sheet
+from teleop_sim.reports.run_machine import machine_drawing
 from teleop_sim.reports.run_operator import age_chart, age_sheet, operator_sheet, workload_chart
 from teleop_sim.reports.run_tables import marks_sheet, states_sheet, times_sheet, verification_sheet
 from teleop_sim.reports.run_timeline import LAYERS, TIMELINE
@@ -13,6 +14,7 @@ from teleop_sim.reports.run_waterfall import waterfall_chart, waterfall_sheet
 from teleop_sim.reports.sweep_causes import causes
 from teleop_sim.reports.sweep_cells import cells
 from teleop_sim.reports.sweep_curves import completion, probability
+from teleop_sim.reports.sweep_effects import effects
 from teleop_sim.reports.sweep_maps import decision, heat
 from teleop_sim.reports.sweep_states import state_levels, states, times
 from teleop_sim.reports.sweep_survival import survival
@@ -27,6 +29,7 @@ RUN_PARTS: tuple[Part[Run], ...] = (
     Part("times", "Beside the ViGIR paper's Table 2", times_sheet),
     Part("crew", "What the crew did", marks_sheet),
     Part("states", "States", states_sheet),
+    Part("machine", "The machine and its visits", machine_drawing),
     Part("verification", "What people made of the robot's claims", verification_sheet),
     Part("workload", "Workload", workload_chart),
     Part("roles", "Workload, in figures", operator_sheet),
@@ -45,9 +48,10 @@ SWEEP_PARTS: tuple[Part[SweepRuns], ...] = (
     Part("survival", "Not yet completed over time", survival),
     Part("heat", "Time and completion over two factors", heat),
     Part("where", "Where the time went", where),
+    Part("effects", "Which factors matter", effects),
     Part("cells", "Cells", cells),
     Part("causes", "Why runs did not complete", causes),
     Part("times", "Beside the ViGIR paper's Table 2", times),
-    Part("states", "States, beside the WPI paper's Table II", states),
+    Part("states", "States", states),
     Part("state-levels", "States by level", state_levels),
 )
