@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import posixpath
 from collections.abc import Mapping
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
@@ -48,10 +49,10 @@ def cells(sweep: SweepRuns) -> Sheet:
     for number, row in enumerate(records(table)):
         runs = picked[row["cell"]]
         before = (*_settings(sweep, row), *_figures(row), *(means[row["cell"]].values()))
-        rows.append((*before, *(_run_words(run) for run in runs.values())))
-        for n, run in enumerate(runs.values()):
-            if address := address_of(sweep, str(run["log"])):
-                links[number, len(before) + n] = address
+        rows.append((*before, *(cell for name in PICKED for cell in _run(runs[name])), runs["worst"]["outcome"]))
+        for n, name in enumerate(PICKED):
+            if address := address_of(sweep, str(runs[name]["log"])):
+                links[number, len(before) + 2 * n] = address
     return Sheet(_columns(sweep), tuple(rows), note=_note(sweep, len(table)), links=links)
 
 
@@ -77,17 +78,28 @@ def _columns(sweep: SweepRuns) -> tuple[Column, ...]:
         )
     ]
     means = [Column(name, said, decimals, group, told) for name, (said, decimals, group, told) in MEANS.items()]
-    runs = [Column(name, name, group="runs to look at", help=told) for name, told in PICKED.items()]
-    return (*settings, *counts, *times, *means, *runs)
+    runs = [
+        column
+        for name, told in PICKED.items()
+        for column in (
+            Column(f"{name}_run", name, group="runs to look at", help=f"its replicate: {told}"),
+            Column(f"{name}_s", "[s]", 0, "runs to look at", "when it ended"),
+        )
+    ]
+    outcome = Column("worst_outcome", "worst", group="runs to look at", help="its outcome")
+    return (*settings, *counts, *times, *means, *runs, outcome)
 
 
 def _settings(sweep: SweepRuns, row: Mapping[str, Any]) -> list[Cell]:
-    """Numbers stay numbers, so that they sort; of rates people see the unit."""
-    return [row[name] if isinstance(row[name], str) else _number(row[name]) for name in sweep.factors]
+    return [plain(row[name]) for name in sweep.factors]
 
 
-def _number(value: Any) -> Cell:
-    return str(value) if isinstance(value, bool) else int(value) if float(value).is_integer() else float(value)
+def plain(value: Any) -> Cell:
+    """A factor's value as a cell: numbers stay numbers, so that they sort."""
+    if isinstance(value, str | bool) or not isinstance(value, Real):
+        return str(value)
+    number = float(value)
+    return int(number) if number.is_integer() else number
 
 
 def _figures(row: Mapping[str, Any]) -> list[Cell]:
@@ -122,9 +134,8 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
 
 
-def _run_words(run: Mapping[str, Any]) -> str:
-    how = "" if run["status"] == "completed" else f", {run['outcome']}"
-    return f"r{run['replicate']}: {run['time_s']:.0f} s{how}"
+def _run(run: Mapping[str, Any]) -> tuple[Cell, Cell]:
+    return f"r{run['replicate']}", float(run["time_s"])
 
 
 def address_of(sweep: SweepRuns, log: str) -> str:
@@ -139,7 +150,7 @@ def _note(sweep: SweepRuns, shown: int) -> str:
     notes = []
     if shown < len(sweep.table):
         notes.append(f"The first {shown} of {len(sweep.table)} cells; teleop_sim.load_sweep has all.")
-    notes.append("Means are over all runs, completed or not. r12: replicate 12.")
+    notes.append("Means are over all runs, completed or not; r12 is replicate 12.")
     if sweep.detail == "summary":
         notes.append("This sweep kept no logs, so that no run can be looked at.")
     elif not sweep.pages:

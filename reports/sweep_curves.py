@@ -104,7 +104,8 @@ def _draw_grid(sweep: SweepRuns, shown: _Figure, against: Sequence[str]) -> Figu
         axes[y, 0].set_ylabel(shown.words)
     # The panels share it; once all is drawn, so that it holds all.
     axes[0, 0].set_ylim(0.0, shown.top)
-    level_legend(figure, sweep)
+    if sweep.compared not in against:
+        level_legend(figure, sweep)
     return figure
 
 
@@ -121,7 +122,8 @@ def _draw_points(sweep: SweepRuns, shown: _Figure, against: Sequence[str]) -> Fi
         axes[0, n].set_xlabel(words(x))
     axes[0, 0].set_ylabel(shown.words)
     axes[0, 0].set_ylim(0.0, shown.top)
-    level_legend(figure, sweep)
+    if sweep.compared not in against:
+        level_legend(figure, sweep)
     return figure
 
 
@@ -131,7 +133,14 @@ def _panel(axes: Axes, sweep: SweepRuns, cells: pd.DataFrame, x: str, shown: _Fi
     for n, level in enumerate(levels):
         rows = of_level(sweep, cells, level) if x != sweep.compared else cells
         if len(rows):
-            _line(axes, _places(rows[x], values, (n - (len(levels) - 1) / 2) * DODGE), rows, shown, n, joined)
+            _line(
+                axes,
+                _places(rows[x], values, (n - (len(levels) - 1) / 2) * DODGE),
+                rows,
+                shown,
+                n,
+                joined and numeric(values),
+            )
     (number_axis if numeric(values) else category_axis)(axes, sweep, x)
 
 

@@ -93,6 +93,8 @@ def number_axis(axes: Axes, sweep: SweepRuns, name: str) -> None:
     if len(values) <= 2 * MOST_TICKS:
         shown = spaced(values, logarithmic(values))
         axes.set_xticks(shown, [number(v) for v in shown])
+    else:
+        axes.xaxis.set_major_formatter(lambda value, _: number(value))
 
 
 def category_axis(axes: Axes, sweep: SweepRuns, name: str) -> None:
@@ -101,10 +103,15 @@ def category_axis(axes: Axes, sweep: SweepRuns, name: str) -> None:
     shown = spread(range(len(values)), 2 * MOST_TICKS)
     texts = [sweep.says(name, values[n]) for n in shown]
     axes.set_xticks(shown, texts)
-    if sum(map(len, texts)) > 40:
+    slant(axes, texts, 40)
+    axes.set_xlim(-0.5, len(values) - 0.5)
+
+
+def slant(axes: Axes, texts: Sequence[str], room: int) -> None:
+    """Set the ticks' texts aslant where they have more letters than there is room for."""
+    if sum(map(len, texts)) > room:
         for label in axes.get_xticklabels():
             label.set(rotation=30, ha="right", rotation_mode="anchor")
-    axes.set_xlim(-0.5, len(values) - 0.5)
 
 
 def number(value: float) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from teleop_sim.reports.sweep_view import MOST_COMPARED, SweepRuns, numeric
+from teleop_sim.reports.sweep_view import MOST_COMPARED, SweepRuns, bare, numeric
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -94,7 +94,7 @@ def panels(sweep: SweepRuns, rows: pd.DataFrame, across: Sequence[str], most: Se
 def left_out(sweep: SweepRuns, across: Sequence[str], most: Sequence[int]) -> str:
     """A sentence on values that ``panels`` leaves out; empty: none."""
     cut = [(name, n) for name, n in zip(across, most, strict=True) if len(sweep.levels[name]) > n]
-    parts = [f"{n} of {len(sweep.levels[name])} values of {name}" for name, n in cut]
+    parts = [f"{n} of {len(sweep.levels[name])} values of {bare(name)}" for name, n in cut]
     return f"Shown are {' and '.join(parts)}, evenly chosen." if parts else ""
 
 

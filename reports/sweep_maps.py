@@ -42,7 +42,8 @@ def decision(sweep: SweepRuns) -> Chart | None:
 
     link = sweep.link[:3]
     setting = held(sweep, (*link, sweep.compared))
-    runs = at(sweep.runs, setting)
+    # Designs of sensitivity visit a setting twice; the same replicate there is the same run.
+    runs = at(sweep.runs, setting).drop_duplicates([*sweep.factors, "replicate"])
     most = (MOST_VALUES, MOST_VALUES, MOST_SHEETS)[: len(link)]
     for name, count in zip(link, most, strict=True):
         runs = runs[runs[name].isin(spread(sweep.levels[name], count))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, replace
 from typing import Any, Final
 
@@ -11,8 +11,10 @@ from teleop_sim.reports.drc_times import COLUMNS, Times
 from teleop_sim.reports.drc_times import paper_rows as table2_rows
 from teleop_sim.reports.parts import Cell, Column, Sheet
 from teleop_sim.reports.run_tables import state_sheet
+from teleop_sim.reports.sweep_cells import plain, records
 from teleop_sim.reports.sweep_layout import at, held, held_note, shown_levels
 from teleop_sim.reports.sweep_view import SweepRuns, bare
+from teleop_sim.reports.sweep_view import words as words_of
 from teleop_sim.reports.table import NOTE, SHORT_NOTE, PaperRow, TableRow, paper_rows, table_of
 
 MISSING: Final = (
@@ -87,8 +89,10 @@ def times(sweep: SweepRuns) -> Sheet | None:
     """Table 2: mean and standard deviation of each cell, then the paper's rows of the task; None for other tasks."""
     if not sweep.task.startswith("drc-"):
         return None
+    settings = [name for name in sweep.factors if name in sweep.varying]
     columns = (
         Column("row", ""),
+        *(Column(name, words_of(name), group="setting") for name in settings),
         Column("runs", "runs"),
         Column("completed", "completed", help="means are of these"),
         *(
@@ -101,7 +105,13 @@ def times(sweep: SweepRuns) -> Sheet | None:
         return Sheet(columns, (), note=MISSING) if len(sweep.runs) else None
     paper = {name: row for name, row in table2_rows().items() if name.startswith(sweep.task)}
     theirs = tuple(
-        (f"ViGIR paper, {row.name}", 1, 1, *(cell for mean in astuple(row.times) for cell in (mean, None)))
+        (
+            f"ViGIR paper, {row.name}",
+            *[None] * len(settings),
+            1,
+            1,
+            *(cell for mean in astuple(row.times) for cell in (mean, None)),
+        )
         for row in paper.values()
     )
     notes = [
@@ -110,27 +120,29 @@ def times(sweep: SweepRuns) -> Sheet | None:
         f"This scenario is its row {paper[sweep.name].name}." if sweep.name in paper else "",
         held_note(sweep, _held(sweep)),
     ]
-    return Sheet(columns, (*_ours(sweep), *theirs), note=" ".join(filter(None, notes)))
+    return Sheet(columns, (*_ours(sweep, settings), *theirs), note=" ".join(filter(None, notes)))
 
 
 def _held(sweep: SweepRuns) -> Mapping[str, Any]:
     return held(sweep, (sweep.compared,)) if sweep.cells > MOST_ROWS and sweep.grid else {}
 
 
-def _ours(sweep: SweepRuns) -> tuple[tuple[Cell, ...], ...]:
+def _ours(sweep: SweepRuns, names: Sequence[str]) -> tuple[tuple[Cell, ...], ...]:
     assert sweep.times is not None
     runs = at(sweep.runs, _held(sweep)).merge(sweep.times, on=["cell", "replicate"])
-    labels = {cell: sweep.setting(dict(zip(sweep.factors, key, strict=True))) or sweep.name for cell, *key in
-              runs.drop_duplicates("cell")[["cell", *sweep.factors]].itertuples(index=False, name=None)}  # fmt: skip
     found = [
-        DrcRun(labels[cell], replicate, outcome, "", Times(*of))
+        DrcRun(str(cell), replicate, outcome, "", Times(*of))
         for cell, replicate, outcome, *of in runs[["cell", "replicate", "outcome", *COLUMNS]].itertuples(
             index=False, name=None
         )
     ]
+    first = runs.drop_duplicates("cell")
+    settings = dict(zip(map(str, first["cell"]), records(first[[*names]]), strict=True))
     return tuple(
-        (row.scenario, row.runs, row.completed, *(x for pair in _pairs(row) for x in pair)) for row in drc_rows(found)
-    )
+        ("here", *(plain(settings[row.scenario][name]) for name in names), row.runs, row.completed,
+         *(x for pair in _pairs(row) for x in pair))
+        for row in drc_rows(found)
+    )  # fmt: skip
 
 
 def _pairs(row: DrcRow) -> list[tuple[float, float]]:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from teleop_sim.core.units import format_quantity
@@ -128,7 +129,9 @@ class SweepRuns:
     @cached_property
     def grid(self) -> bool:
         """Whether the cells are all combinations of the values, so that one factor varies while others stand still."""
-        return self.cells == math.prod(len(self.levels[name]) for name in self.factors)
+        settings = len(self.runs.drop_duplicates([*self.factors])) if self.factors else len(self.runs[:1])
+        whole = math.prod(len(self.levels[name]) for name in self.factors)
+        return self.design == "grid" or self.cells == whole == settings
 
     @cached_property
     def compared(self) -> str:
@@ -205,8 +208,17 @@ def numeric(values: Sequence[Any]) -> bool:
 
 
 def logarithmic(values: Sequence[Any]) -> bool:
-    """Whether an axis of these values is logarithmic."""
-    return numeric(values) and min(values) > 0.0 and max(values) >= LOG_RATIO * min(values)
+    """Whether an axis of these values is logarithmic: they span ``LOG_RATIO``, and are more even so than without."""
+    if not numeric(values) or len(values) < 2 or not min(values) > 0.0 or max(values) < LOG_RATIO * min(values):
+        return False
+    return len(values) == 2 or _uneven([math.log(v) for v in values]) < _uneven([float(v) for v in values])
+
+
+def _uneven(values: Sequence[float]) -> float:
+    """Coefficient of variation of the gaps between ascending values."""
+    gaps = [b - a for a, b in pairwise(sorted(values))]
+    mean = sum(gaps) / len(gaps)
+    return math.sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps)) / mean
 
 
 def words(name: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from teleop_sim.reports.parts import Chart
 from teleop_sim.reports.run_waterfall import GROUP_COLOURS
 from teleop_sim.reports.shares import SHARES
-from teleop_sim.reports.sweep_draw import SMALL, WIDTH_IN, number, title
+from teleop_sim.reports.sweep_draw import SMALL, WIDTH_IN, number, slant, title
 from teleop_sim.reports.sweep_layout import (
     at,
     axes_of,
@@ -81,7 +81,10 @@ def _draw(sweep: SweepRuns, axes: Sequence[str]) -> Figure:
         drawn[y, 0].set_ylabel("\n".join([*said, "time [s]"]), fontsize=SMALL)
     for x, level in enumerate(columns):
         title(drawn[0, x], f"{bare(sweep.compared)} {sweep.says(sweep.compared, level)}" if level is not None else "")
-    drawn[0, 0].set_xticks(range(len(values)), [_said(sweep, bars, value) for value in values])
+    texts = [_said(sweep, bars, value) for value in values]
+    drawn[0, 0].set_xticks(range(len(values)), texts)
+    for one in drawn[-1]:
+        slant(one, texts, 6 * len(values))
     figure.supxlabel(words(bars) if bars else "", fontsize=SMALL + 1.0)
     handles = [Patch(color=GROUP_COLOURS[key], label=said) for key, said in SHARES.items() if runs[key].sum() > 0.0]
     figure.legend(handles=handles, loc="outside upper center", ncols=2 if wide < 6.0 else 5, frameon=False,

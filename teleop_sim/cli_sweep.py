@@ -25,7 +25,7 @@ def _option(words: str, metavar: str) -> Any:
 
 _Text = str | None
 _Scenario = Annotated[_Text, typer.Argument(help="Name or path of a scenario.", metavar="SCENARIO")]
-_Preset = Annotated[_Text, _option("Links by name, such as vrc-easy,vrc-hard; see channel list.", "NAMES")]
+_Preset = Annotated[_Text, _option("Links by name, such as moon,mars-mean; see channel list.", "NAMES")]
 _Uplink = Annotated[_Text, _option("Rates to the robot: 64bps,380bps or 64bps:4kbps:4:log.", "RATES")]
 _Downlink = Annotated[_Text, _option("Rates back.", "RATES")]
 _Latency = Annotated[_Text, _option("One-way delays: 0s,2s,10s or 0s:10s:6.", "TIMES")]

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleop_sim.core.errors import UnknownName
+from teleop_sim.core.errors import BadInput, UnknownName
 from teleop_sim.reports.formats.files import PAGE
 from teleop_sim.reports.sweep_cells import MEANS
 from teleop_sim.reports.sweep_page import write_sweep_view
@@ -92,7 +92,7 @@ def sweep_runs(directory: Path | str, out: Path | None = None, choose: str = "")
         pages=frozenset(page for log in runs["log"] if log and (path / (page := page_of(log))).is_file()),
         states=load_sweep_states(path),
         times=load_sweep_times(path),
-        effects=sensitivity(path) if _analysed(plan, len(runs)) else None,
+        effects=_effects(path, plan, len(runs)),
         choose=choose,
     )
 
@@ -131,9 +131,15 @@ def page_of(log: str) -> str:
     return f"{log.removesuffix('.mcap')}.html"
 
 
-def _analysed(plan: Plan, runs: int) -> bool:
+def _effects(path: Path, plan: Plan, runs: int) -> pd.DataFrame | None:
+    """Of a finished design of sensitivity; None of others, and where its measure did not vary."""
     kind, colon, _ = plan.design.partition(":")
-    return kind in SENSITIVITY and bool(colon) and runs == plan.runs
+    if kind not in SENSITIVITY or not colon or runs != plan.runs:
+        return None
+    try:
+        return sensitivity(path)
+    except BadInput:
+        return None
 
 
 def _base(plan: Plan, scenario: Mapping[str, Any]) -> dict[str, Any]:
