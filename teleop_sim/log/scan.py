@@ -1,19 +1,27 @@
 """Walk through the bytes of an MCAP file, whole or cut off, straight through its chunks.
 
 The package's own reader visits messages one by one at 0.1 million a second and stops at a cut with an error. This one
-takes messages from each chunk in file order, keeps what is whole, and never raises but for bytes that are no MCAP.
+notes in arrays where the messages of each chunk are, in file order, keeps what is whole, and never raises but for bytes
+that are no MCAP.
 
 Source: MCAP specification, https://mcap.dev/spec: records are opcode (1 byte), length (8 bytes), content.
 """
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
 
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -21,11 +29,16 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-CHUNK_LIMIT_BYTES = 1 << 30  # assumed: a damaged length must not fill the memory
+from teleop_sim.log.loops import MESSAGE_BYTES, PASSED_OVER, UNKNOWN, Bytes, Longs, compiled, walk
 
-_RECORD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
-_CHUNK = struct.Struct("<QQQII")
+CHUNK_LIMIT_BYTES = 1 << 30  # assumed: a damaged length must not fill the memory
+BLOCK_BYTES = 1 << 23  # assumed: chunks are unpacked together up to so much, which costs little and bounds what is lost
+
+RECORD = struct.Struct("<BQ")
+CHUNK = struct.Struct("<QQQII")
+BATCH_BYTES = 1 << 20  # assumed: a processor's cache holds it; unpacked and walked through by one thread
+_THREADS_FROM_BYTES = 1 << 21  # assumed: less is read before threads have begun
+_UNSIGNED = 2**64 - 1
 
 
 @dataclass(frozen=True)
@@ -39,102 +52,324 @@ class RawMessage:
     data: bytes
 
 
+@dataclass(frozen=True)
+class Block:
+    """Bytes of some chunks, and where the messages in them are.
+
+    Attributes:
+        data: the chunks' records.
+        notes: five rows, a column a message: place of topic and schema in ``Scan.kinds``, time [ns] (unsigned),
+            sequence, start and size of the encoded record.
+
+    """
+
+    data: Bytes
+    notes: Longs
+
+    @property
+    def kinds(self) -> Longs:
+        """Of each message, the place of its topic and schema in ``Scan.kinds``."""
+        row: Longs = self.notes[0]
+        return row
+
+    @property
+    def times_ns(self) -> Longs:
+        """Of each message, its time [ns]."""
+        row: Longs = self.notes[1]
+        return row
+
+
 @dataclass
 class Scan:
     """What a file holds.
 
     Attributes:
         schemas: schema id to (name of the message type, its declaration).
-        messages: all messages that are whole, in file order.
+        channels: channel id to (topic, schema id).
+        kinds: the topics and schema ids that were asked for, by number.
+        blocks: all messages of these that are whole, in file order.
         whole: the file's end was reached; otherwise it is cut or damaged after the last message.
 
     """
 
     schemas: dict[int, tuple[str, bytes]] = field(default_factory=dict)
     channels: dict[int, tuple[str, int]] = field(default_factory=dict)
-    messages: list[RawMessage] = field(default_factory=list)
+    kinds: list[tuple[str, int]] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
     whole: bool = False
 
+    @property
+    def messages(self) -> Iterator[RawMessage]:
+        """The messages one by one."""
+        for block in self.blocks:
+            for kind, time_ns, sequence, start, size in block.notes.T.tolist():
+                data = block.data[start : start + size].tobytes()
+                topic, schema_id = self.kinds[kind]
+                yield RawMessage(topic, schema_id, sequence, time_ns & _UNSIGNED, data)
 
-class _Cut(Exception):
+
+class Cut(Exception):
     """The bytes end or stop making sense here."""
 
 
-def scan(data: bytes) -> Scan:
+def _all(_topic: str) -> bool:
+    return True
+
+
+def read_file(path: Path) -> memoryview:
+    """A file's bytes. They lie in an array, because numpy asks for large pages, which are there sooner.
+
+    Raises:
+        OSError: it cannot be read.
+
+    """
+    with path.open("rb", buffering=0) as stream:
+        place = np.empty(os.fstat(stream.fileno()).st_size, dtype=np.uint8).data
+        at = 0
+        while at < len(place) and (more := stream.readinto(place[at:])):
+            at += more
+        return place[:at]
+
+
+def scan(data: bytes | memoryview, wanted: Callable[[str], bool] = _all) -> Scan:
     """Read all that is whole.
+
+    Args:
+        data: the whole file.
+        wanted: whether messages of a topic are asked for; others are passed over.
 
     Raises:
         ValueError: the bytes do not begin as MCAP does.
 
     """
-    if not data.startswith(MAGIC):
-        raise ValueError("not an MCAP file" if data else "empty")
+    if data[: len(MAGIC)] != MAGIC:
+        raise ValueError("not an MCAP file" if len(data) else "empty")
     found = Scan()
-    try:
-        for opcode, content in _records(memoryview(data), len(MAGIC)):
-            if opcode == Opcode.FOOTER:
-                break
-            if opcode == Opcode.CHUNK:
-                for inner, inner_content in _records(memoryview(_unpack(content)), 0):
-                    _take(found, inner, inner_content)
-            else:
-                _take(found, opcode, content)
-    except _Cut:
-        return found
-    found.whole = data.endswith(MAGIC) and len(data) > len(MAGIC)
+    with ExitStack() as closed:
+        workers = min(4, os.cpu_count() or 1)
+        pool = closed.enter_context(ThreadPoolExecutor(workers)) if len(data) > _THREADS_FROM_BYTES else None
+        walker = _Walker(found, wanted, pool)
+        try:
+            for group in _grouped(records(memoryview(data), len(MAGIC))):
+                if group[0][0] == Opcode.CHUNK:
+                    walker.take_chunks([content for _, content in group])
+                else:
+                    walker.take_loose(group)
+        except Cut:
+            return found
+    found.whole = data[-len(MAGIC) :] == MAGIC and len(data) > len(MAGIC)
     return found
 
 
-def _records(data: memoryview, at: int) -> Iterator[tuple[int, memoryview]]:
+def records(data: memoryview, at: int) -> Iterator[tuple[int, memoryview]]:
+    """Opcode and content of the records of a file or chunk, to the footer if there is one.
+
+    Raises:
+        Cut: a record is not whole. Those before it have been given.
+
+    """
     while at < len(data):
-        if at + _RECORD.size > len(data):
-            raise _Cut
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
+        if at + RECORD.size > len(data):
+            raise Cut
+        opcode, length = RECORD.unpack_from(data, at)
+        at += RECORD.size
         if length > len(data) - at:
-            raise _Cut
+            raise Cut
+        if opcode == Opcode.FOOTER:
+            return
         yield opcode, data[at : at + length]
         at += length
 
 
-def _take(found: Scan, opcode: int, content: memoryview) -> None:
+_Record = tuple[int, memoryview]
+_LOOSE = frozenset({Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL})
+
+
+def _grouped(found: Iterator[_Record]) -> Iterator[list[_Record]]:
+    """Chunks together, as many as a block may hold; records outside of chunks together too."""
+    group: list[_Record] = []
+    size = 0
     try:
-        if opcode == Opcode.MESSAGE:
-            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(content)
-            if channel not in found.channels:
-                raise _Cut
-            topic, schema_id = found.channels[channel]
-            found.messages.append(RawMessage(topic, schema_id, sequence, time_ns, bytes(content[_MESSAGE.size :])))
-        elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(ReadDataStream(BytesIO(content)))
-            found.schemas[schema.id] = (schema.name, schema.data)
-        elif opcode == Opcode.CHANNEL:
-            declared = Channel.read(ReadDataStream(BytesIO(content)))
-            found.channels[declared.id] = (declared.topic, declared.schema_id)
-    except (struct.error, UnicodeDecodeError, McapError) as error:
-        raise _Cut from error
+        for opcode, content in found:
+            if opcode != Opcode.CHUNK and opcode not in _LOOSE:
+                continue
+            more = claimed_bytes(content) if opcode == Opcode.CHUNK else len(content)
+            alike = bool(group) and (group[0][0] == Opcode.CHUNK) == (opcode == Opcode.CHUNK)
+            if group and (not alike or size + more > BLOCK_BYTES):
+                yield group
+                group, size = [], 0
+            group.append((opcode, content))
+            size += more
+    except Cut:
+        if group:
+            yield group
+        raise
+    if group:
+        yield group
 
 
-def _unpack(content: memoryview) -> bytes:
-    """The records in a chunk, checked against its CRC."""
+def claimed_bytes(content: memoryview) -> int:
+    """The size that a chunk says its records have; 0 where that cannot be right."""
+    if len(content) < CHUNK.size:
+        return 0
+    size = int(CHUNK.unpack_from(content)[2])
+    return size if size <= CHUNK_LIMIT_BYTES else 0
+
+
+class _Walker:
+    """Notes messages, chunk after chunk, by what the file has declared so far."""
+
+    def __init__(self, found: Scan, wanted: Callable[[str], bool], pool: Executor | None) -> None:
+        self.found = found
+        self._wanted = wanted
+        self._pool = pool
+        self._keys: Longs = np.full(1 << 16, UNKNOWN, dtype=np.int64)
+
+    def take_chunks(self, contents: list[memoryview]) -> None:
+        """Note what is in some chunks; those before the first damaged one."""
+        ends = np.cumsum([claimed_bytes(content) for content in contents])
+        data, parts = np.empty(int(ends[-1]), dtype=np.uint8), _batches(ends)
+        noted: list[Longs] = []
+        try:
+            # The first one declares, as a rule, what the others need.
+            for batches in (parts[:1], parts[1:]):
+                keys = self._keys
+                work = partial(_unpack_and_walk, contents, data, ends, keys)
+                for batch, done in zip(batches, (self._pool.map if self._pool else map)(work, batches), strict=True):
+                    self._take(data, ends[batch], batch.start and ends[batch.start - 1], keys, done, noted)
+        finally:
+            if sum(notes.shape[1] for notes in noted):
+                self.found.blocks.append(Block(data, np.concatenate(noted, axis=1)))
+
+    def take_loose(self, group: list[_Record]) -> None:
+        """Note what is outside of chunks."""
+        data = b"".join(RECORD.pack(opcode, len(content)) + content for opcode, content in group)
+        # A copy that may be written to, though nobody does: the loops are compiled for one sort of array.
+        place = np.frombuffer(bytearray(data), dtype=np.uint8)
+        noted: list[Longs] = []
+        try:
+            self._note(place, 0, np.array([len(data)]), noted)
+        finally:
+            if noted and noted[0].shape[1]:
+                self.found.blocks.append(Block(place, noted[0]))
+
+    def _take(self, data: Bytes, ends: Longs, at: int, keys: Longs, done: _Done, noted: list[Longs]) -> None:
+        """What was done ahead holds if nothing was declared meanwhile; else it is done again, in order."""
+        if done.stopped_at == ends[-1] and keys is self._keys:
+            noted.append(done.notes)
+            return
+        self._note(data, at, ends[: done.whole], noted)
+        if done.whole < len(ends):
+            raise Cut
+
+    def _note(self, data: Bytes, at: int, ends: Longs, noted: list[Longs]) -> None:
+        out = _room(int(ends[-1]) - at if len(ends) else 0)
+        n = 0
+        try:
+            while len(ends) and at < ends[-1]:
+                at, n = compiled(walk)(data, at, ends, self._keys, out, n)
+                if at < ends[-1]:
+                    at = self._other(data.data[: ends[np.searchsorted(ends, at, side="right")]], at)
+        finally:
+            noted.append(out[:, :n].copy())
+
+    def _other(self, data: memoryview, at: int) -> int:
+        """Take in what is no message, or one of no known channel; return where it ends."""
+        opcode, content = next(records(data, at), (Opcode.FOOTER, data[:0]))
+        if opcode in (Opcode.FOOTER, Opcode.MESSAGE):
+            raise Cut
+        try:
+            if opcode == Opcode.SCHEMA:
+                schema = Schema.read(ReadDataStream(BytesIO(content)))
+                self.found.schemas[schema.id] = (schema.name, schema.data)
+            elif opcode == Opcode.CHANNEL:
+                declared = Channel.read(ReadDataStream(BytesIO(content)))
+                self._declare(declared.id, (declared.topic, declared.schema_id))
+        except (struct.error, UnicodeDecodeError, McapError) as error:
+            raise Cut from error
+        return at + RECORD.size + len(content)
+
+    def _declare(self, number: int, kind: tuple[str, int]) -> None:
+        self.found.channels[number] = kind
+        key = PASSED_OVER
+        if self._wanted(kind[0]):
+            if kind not in self.found.kinds:
+                self.found.kinds.append(kind)
+            key = self.found.kinds.index(kind)
+        if self._keys[number] != key:
+            # A new array: others may be working with the old one.
+            self._keys = self._keys.copy()
+            self._keys[number] = key
+
+
+@dataclass(frozen=True)
+class _Done:
+    """Some chunks unpacked into their block: how many are whole, where the walk through them stopped, its notes."""
+
+    whole: int
+    stopped_at: int
+    notes: Longs
+
+
+def _unpack_and_walk(contents: list[memoryview], data: Bytes, ends: Longs, keys: Longs, batch: slice) -> _Done:
+    unpacker = zstandard.ZstdDecompressor()
+    begin = at = int(ends[batch.start - 1]) if batch.start else 0
+    whole = 0
+    for content, end in zip(contents[batch], ends[batch].tolist(), strict=True):
+        if not unpack(content, data.data[at:end], unpacker):
+            break
+        at, whole = end, whole + 1
+    out = _room(at - begin)
+    stopped_at, n = compiled(walk)(data, begin, ends[batch][:whole], keys, out, 0)
+    return _Done(whole, stopped_at, out[:, :n].copy())
+
+
+def _room(size: int) -> Longs:
+    """For the notes of so many bytes."""
+    return np.empty((5, size // MESSAGE_BYTES + 1), dtype=np.int64)
+
+
+def _batches(ends: Longs) -> list[slice]:
+    """Neighbours whose records are about so many bytes, small enough for a processor's cache."""
+    groups = np.searchsorted(ends, np.arange(BATCH_BYTES, int(ends[-1]) + BATCH_BYTES, BATCH_BYTES))
+    edges = np.unique([0, *np.minimum(groups + 1, len(ends)), len(ends)]).tolist()
+    return [slice(start, end) for start, end in pairwise(edges)]
+
+
+def unpack(content: memoryview, place: memoryview, unpacker: zstandard.ZstdDecompressor) -> bool:
+    """Unpack a chunk's records into a place of the size that they claim; false where anything is wrong with them.
+
+    Their checksum is checked, if the chunk has one.
+    """
+    if len(content) < CHUNK.size:
+        return False
+    _, _, size, crc, name_length = CHUNK.unpack_from(content)
+    start = CHUNK.size + name_length
+    name, packed = bytes(content[CHUNK.size : start]), content[start + 8 :]
+    if size != len(place) or not _decompress(name, packed, place, unpacker):
+        return False
+    return not crc or zlib.crc32(place) == crc
+
+
+def _decompress(name: bytes, packed: memoryview, place: memoryview, unpacker: zstandard.ZstdDecompressor) -> bool:
+    if name == b"" and len(packed) == len(place):
+        place[:] = packed
+        return True
+    if name != b"zstd":
+        return False
     try:
-        _, _, size, crc, name_length = _CHUNK.unpack_from(content)
-        start = _CHUNK.size + name_length
-        name = bytes(content[_CHUNK.size : start]).decode()
-        packed = content[start + 8 :]
-        records = _decompress(name, bytes(packed), size)
-    except (struct.error, UnicodeDecodeError, zstandard.ZstdError) as error:
-        raise _Cut from error
-    if len(records) != size or (crc and zlib.crc32(records) != crc):
-        raise _Cut
-    return records
+        # Streamed, for the frame's own claim of its size may be damaged.
+        with unpacker.stream_reader(packed) as stream:
+            return _filled(stream, place) and not stream.read(1)
+    except zstandard.ZstdError:
+        return False
 
 
-def _decompress(name: str, packed: bytes, size: int) -> bytes:
-    if name == "":
-        return packed
-    if name != "zstd" or size > CHUNK_LIMIT_BYTES:
-        raise _Cut
-    # Streamed, for the frame's own claim of its size may be damaged.
-    with zstandard.ZstdDecompressor().stream_reader(packed) as stream:
-        return bytes(stream.read(size + 1))
+def _filled(stream: zstandard.ZstdDecompressionReader, place: memoryview) -> bool:
+    at = 0
+    while at < len(place):
+        more = stream.readinto(place[at:])
+        if not more:
+            return False
+        at += more
+    return True

@@ -9,6 +9,7 @@ import sys
 from dataclasses import fields
 
 import numpy as np
+import pandas as pd
 import pytest
 from google.protobuf import descriptor_pb2
 from hypothesis import HealthCheck, given, settings
@@ -362,6 +363,7 @@ def test_frames_are_tidy(tmp_path):
         "operator_acts": 7,
         "interrupted": False,
         "end_s": 100.0,
+        "t": pd.Timedelta(seconds=100),
     }
     assert log.plant.to_dict("records") == [
         {
@@ -395,11 +397,13 @@ FRAMES = {
 def test_frames_have_their_columns_even_when_empty(tmp_path, name):
     empty = getattr(load(written(tmp_path / "run.mcap", [STARTED])), name)
     cls = RECORDS[FRAMES[name]]
-    assert list(empty.columns) == list(field_types(cls))
+    fields = [["t_s", "t"] if n == "t_s" else ["start_s", "took"] if n == "start_s" else [n] for n in field_types(cls)]
+    assert list(empty.columns) == [n for names in fields for n in names]
     sample = cls(**{n: {float: 1.5, int: 2, bool: True, str: "x"}[h] for n, h in field_types(cls).items()})
     full = getattr(load(written(tmp_path / "run.mcap", [STARTED, sample])), name)
-    assert full.to_dict("records") == [vars(sample)]
-    assert list(full.dtypes) == list(empty.dtypes)
+    times = {"t": pd.Timedelta(seconds=1.5)} | ({"took": pd.Timedelta(0)} if "took" in full else {})
+    assert full.to_dict("records") == [vars(sample) | times]
+    assert [str(kind) for kind in full.dtypes] == [str(kind) for kind in empty.dtypes]
 
 
 def test_two_writers_of_one_log_do_not_mix(tmp_path):
