@@ -6,18 +6,20 @@ What comes out is of JSON's types, in columns, and is read by ``reports/html/tim
   told by number; ``kinds``: ``[words, colour, shape]`` of each kind of bar or mark, told by number. A colour is one of
   CSS, or the name of one of the page's variables.
 - ``lanes``: in order. ``name``, ``title``, ``folded``; ``rows``: each ``{name, depth, height}`` [pixel] and ``ticks``:
-  ``[share of the height, word]``; ``bars``: columns ``start``, ``end`` [s], ``row``, ``kind``, ``text``, in the order
-  of start; ``marks``: columns ``at`` [s], ``row``, ``kind``, ``text``; ``steps``: each ``{row, kind, at, share,
-  text}``, a line that keeps its ``share`` of the row's height from ``at`` on; ``bands``: ``[start, end, kind]`` behind
-  all rows; ``legend``: kinds to explain.
+  ``[share of the height, word]``; ``bars``: columns ``start``, ``took``, ``row``, ``kind``, ``text``, in the order of
+  start; ``marks``: columns ``at``, ``row``, ``kind``, ``text``; ``steps``: each ``{row, kind, at, share, text}``, a
+  line that keeps its ``share`` of the row's height from ``at`` on; ``bands``: ``[start, end, kind]`` behind all rows;
+  ``legend``: kinds to explain.
 
-Times are rounded to the microsecond.
+To be short, columns of times are whole microseconds: ``took`` from the bar's start, ``start`` and ``at`` from the entry
+before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 ROW_PX = 15
@@ -106,8 +108,8 @@ def timeline_data(end_s: float, guides: Sequence[float], lanes: Iterable[Lane]) 
     kept = [lane for lane in lanes if lane.bars or lane.marks or lane.steps]
     data = [_lane(lane, texts, kinds) for lane in kept]
     return {
-        "end_s": _us(end_s),
-        "guides": [_us(t_s) for t_s in guides],
+        "end_s": round(end_s, 6),
+        "guides": [round(t_s, 6) for t_s in guides],
         "lanes": data,
         "kinds": [[kind.words, kind.colour, kind.shape] for kind in kinds],
         "texts": list(texts.found),
@@ -119,36 +121,37 @@ def _lane(lane: Lane, texts: Texts, kinds: dict[Kind, int]) -> dict[str, Any]:
         return kinds.setdefault(kind, len(kinds))
 
     bars = sorted(lane.bars, key=lambda bar: bar.start_s)
-    kinds_used = (*(bar.kind for bar in bars), *(mark.kind for mark in lane.marks), *(band[2] for band in lane.bands))
+    marks = sorted(lane.marks, key=lambda mark: mark.at_s)
+    kinds_used = (*(bar.kind for bar in bars), *(mark.kind for mark in marks), *(band[2] for band in lane.bands))
     return {
         "name": lane.name,
         "title": lane.title,
         "folded": lane.folded,
         "rows": [_row(row) for row in lane.rows],
         "bars": {
-            "start": [_us(bar.start_s) for bar in bars],
-            "end": [_us(bar.end_s) for bar in bars],
+            "start": _steps_us([bar.start_s for bar in bars]),
+            "took": [_us(bar.end_s) - _us(bar.start_s) for bar in bars],
             "row": [bar.row for bar in bars],
             "kind": [number(bar.kind) for bar in bars],
             "text": [texts.number(bar.text) for bar in bars],
         },
         "marks": {
-            "at": [_us(mark.at_s) for mark in lane.marks],
-            "row": [mark.row for mark in lane.marks],
-            "kind": [number(mark.kind) for mark in lane.marks],
-            "text": [texts.number(mark.text) for mark in lane.marks],
+            "at": _steps_us([mark.at_s for mark in marks]),
+            "row": [mark.row for mark in marks],
+            "kind": [number(mark.kind) for mark in marks],
+            "text": [texts.number(mark.text) for mark in marks],
         },
         "steps": [
             {
                 "row": step.row,
                 "kind": number(step.kind),
-                "at": [_us(t_s) for t_s in step.at_s],
+                "at": _steps_us(step.at_s),
                 "share": [round(share, 4) for share in step.share],
                 "text": [texts.number(text) for text in step.text],
             }
             for step in lane.steps
         ],
-        "bands": [[_us(start_s), _us(end_s), number(kind)] for start_s, end_s, kind in lane.bands],
+        "bands": [[round(start_s, 6), round(end_s, 6), number(kind)] for start_s, end_s, kind in lane.bands],
         "legend": [number(kind) for kind in dict.fromkeys(kinds_used) if kind.words],
     }
 
@@ -158,5 +161,11 @@ def _row(row: Row) -> dict[str, Any]:
     return made | ({"ticks": [list(tick) for tick in row.ticks]} if row.ticks else {})
 
 
-def _us(t_s: float) -> float:
-    return round(t_s, 6)
+def _us(t_s: float) -> int:
+    return round(t_s * 1e6)
+
+
+def _steps_us(times_s: Sequence[float]) -> list[int]:
+    """Each time from the one before; the first from 0."""
+    times_us = [_us(t_s) for t_s in times_s]
+    return [later - sooner for sooner, later in pairwise([0, *times_us])]

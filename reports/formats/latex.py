@@ -3,11 +3,14 @@ r"""Tables as LaTeX, in the manner of ``booktabs``: to be taken in with ``\input
 from __future__ import annotations
 
 from itertools import groupby
+from textwrap import wrap
 
 from teleop_sim.reports.formats.markdown import numeric
 from teleop_sim.reports.parts import Content, Sheet
 
 SUFFIX = "tex"
+WIDE = 14
+"""Letters of a heading in one line (a choice of layout)."""
 _SPECIAL = {
     "\\": r"\textbackslash{}",
     **{c: f"\\{c}" for c in "&%$#_{}"},
@@ -46,7 +49,7 @@ def latex(content: Content) -> bytes | None:
         "\\begin{tabular}{@{}" + "".join("r" if number else "l" for number in right) + "@{}}",
         "\\toprule",
         *_groups(content),
-        _line([escaped(column.words) for column in content.columns]),
+        _line([_heading(column.words, number) for column, number in zip(content.columns, right, strict=True)]),
         "\\midrule",
         *(_row(content, row) for row in content.rows),
         *(["\\midrule", _row(content, content.total)] if content.total else []),
@@ -61,6 +64,15 @@ def latex(content: Content) -> bytes | None:
 def escaped(text: str) -> str:
     """A text that LaTeX shows as it is."""
     return text.translate(_MEANT)
+
+
+def _heading(words: str, right: bool) -> str:
+    """A heading, in lines of its own where it is long."""
+    lines = wrap(words, WIDE, break_long_words=False)
+    if len(lines) < 2:
+        return escaped(words)
+    side = "r" if right else "l"
+    return f"\\begin{{tabular}}[b]{{@{{}}{side}@{{}}}}" + r" \\ ".join(map(escaped, lines)) + "\\end{tabular}"
 
 
 def _row(sheet: Sheet, row: tuple[str | int | float | None, ...]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from teleop_sim.reports.parts import Chart, Drawing
@@ -13,8 +14,13 @@ _XLINK = "http://www.w3.org/1999/xlink"
 _UNWANTED = frozenset(f"{{{_SVG}}}{name}" for name in ("metadata", "script", "foreignObject", "title"))
 _NEUTRAL = re.compile("|".join(NEUTRALS), re.IGNORECASE)
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
+_HEX = re.compile("#[0-9a-fA-F]{6}")
 _FAMILY = re.compile(r"'[^']*'(, *(?:'[^']*'|[\w-]+))*")
 _COLOURED = ("style", "fill", "stroke")
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_PLACED = ("d", "x", "y", "width", "height", "points", "transform")
+_LEGIBLE = 6.0
+"""Contrast that a drawing's texts are given on white, so that on light tints 4.5 is left (WCAG 2.2, 1.4.3)."""
 _LINKS = ("href", f"{{{_XLINK}}}href")
 
 
@@ -32,7 +38,7 @@ def chart_svg(chart: Chart, prefix: str) -> str:
 
 
 def drawing_svg(drawing: Drawing, prefix: str) -> str:
-    """A drawing as an SVG element of a page; it keeps its own colours."""
+    """A drawing as an SVG element of a page; it keeps its own colours, on white, and its texts get enough contrast."""
     return embedded(drawing.render("svg"), prefix, neutral=False)
 
 
@@ -49,8 +55,13 @@ def embedded(data: bytes, prefix: str, neutral: bool) -> str:
         _prefix(element, prefix)
         for name in [n for n in element.attrib if n.startswith("on")]:
             del element.attrib[name]
+        for name in _PLACED:
+            if name in element.attrib:
+                element.set(name, _LONG_NUMBER.sub(_rounded, element.attrib[name]))
         if neutral:
             _recolour(element)
+        elif element.tag == f"{{{_SVG}}}text" and _HEX.fullmatch(element.attrib.get("fill", "")):
+            element.set("fill", legible(element.attrib["fill"]))
     width = root.attrib.pop("width", "")
     root.attrib.pop("height", None)
     root.set("style", f"--wide: {_in_em(width)}")
@@ -82,6 +93,28 @@ def _recolour(element: ElementTree.Element) -> None:
         if value is not None:
             value = _NEUTRAL.sub(lambda found: NEUTRALS[found[0].lower()], value)
             element.set(name, _FAMILY.sub("var(--sans)", value) if "font" in value else value)
+
+
+def _rounded(number: re.Match[str]) -> str:
+    """A hundredth of a point is finer than any screen."""
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+
+def legible(colour: str) -> str:
+    """A colour, darkened as far as text on white needs.
+
+    Contrast as in WCAG 2.2: (1 + 0.05) / (relative luminance + 0.05).
+    """
+    parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+    while 1.05 / (_luminance(parts) + 0.05) < _LEGIBLE:
+        parts = [int(0.95 * part) for part in parts]
+    return "#" + "".join(f"{part:02x}" for part in parts)
+
+
+def _luminance(parts: Sequence[int]) -> float:
+    """Relative luminance of an sRGB colour (WCAG 2.2)."""
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in (part / 255.0 for part in parts)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def _in_em(width: str) -> str:

@@ -7,9 +7,26 @@ function made(tag, attributes = {}, ...children) {
   return element;
 }
 
+// Times in seconds, each counted from 0, of columns of microseconds from one entry to the next.
+function addedUp(stepsUs) {
+  let us = 0;
+  return Float64Array.from(stepsUs, (step) => { us += step; return us / 1e6; });
+}
+
+function readData(text) {
+  const data = JSON.parse(text);
+  for (const { bars, marks, steps } of data.lanes) {
+    bars.start = addedUp(bars.start);
+    bars.end = bars.start.map((startS, i) => startS + bars.took[i] / 1e6);
+    marks.at = addedUp(marks.at);
+    for (const step of steps) step.at = addedUp(step.at);
+  }
+  return data;
+}
+
 class Timeline {
   constructor(place) {
-    this.data = JSON.parse(document.getElementById(place.dataset.timeline).textContent);
+    this.data = readData(document.getElementById(place.dataset.timeline).textContent);
     this.view = new View(this.data.end_s, () => this.later());
     this.plot = new Plot(this.data, this.view);
     this.found = null;
@@ -243,8 +260,8 @@ function thing(lane, what, index) {
 
 function inOrder(lane) {
   const things = [
-    ...lane.bars.start.map((_, i) => thing(lane, 'bar', i)),
-    ...lane.marks.at.map((_, i) => thing(lane, 'mark', i)),
+    ...Array.from(lane.bars.start, (_, i) => thing(lane, 'bar', i)),
+    ...Array.from(lane.marks.at, (_, i) => thing(lane, 'mark', i)),
   ];
   return things.sort((one, two) => one.startS - two.startS || one.row - two.row);
 }
