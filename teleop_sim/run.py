@@ -52,7 +52,6 @@ from teleop_sim.scenarios.writing import scenario_to_toml
 from teleop_sim.shown import Onlooker
 from teleop_sim.wiring import rates_by_state, sender, wire
 from teleop_sim.world.disturbances import figures
-from teleop_sim.world.shapes import scene_tree
 
 Clock = Callable[[], float]
 LIBRARIES = ("teleop-sim", "mujoco", "pin", "numpy", "numba", "simpy")
@@ -254,7 +253,7 @@ class _Bench:
             watch(Disturbed(0.0, *told))
         body = self._physics.body(spec, site.scenery, otherwise)
         if show is not None:
-            show(scene_tree(body.plant, 0.0, scenario.name, spec.camera_frame))
+            show(body.plant.scene(0.0, scenario.name, spec.camera_frame))
         robot = self._robot(seed, replicate, body, site, clock)
         waits = pacing(scenario.pacing)
         programs = self._task.programs(waits, scenario.robot)

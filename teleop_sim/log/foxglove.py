@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -31,6 +31,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from teleop_sim.core.views import CameraPicture, CloudShown, Frame, Lens, LogLine, SceneTree, Solid, View
 from teleop_sim.log.urdf import urdf
+from teleop_sim.log.wire import text, timestamp, whole
 
 MOTION = "/tf"
 """Topic of the frames that move."""
@@ -98,21 +99,22 @@ def _collect(name: str, files: dict[str, descriptor_pb2.FileDescriptorProto]) ->
 
 def encoded(view: View) -> list[tuple[str, bytes]]:
     """Topics and messages of a view; of a ``SceneTree`` all but what moves."""
+    if isinstance(view, LogLine):
+        return [("/log", _line(view))]
     if isinstance(view, SceneTree):
-        return _scene(view)
+        return list(_scene(view))
     if isinstance(view, CameraPicture):
         picture = CompressedImage(timestamp=_time(view.t_s), frame_id=view.frame, format=view.media, data=view.data)
         return [("/camera", _bytes(picture))]
     if isinstance(view, Lens):
         return [("/camera_info", _bytes(_lens(view)))]
-    if isinstance(view, CloudShown):
-        return [("/cloud", _bytes(_cloud(view)))]
-    return [("/log", _bytes(_line(view)))]
+    return [("/cloud", _bytes(_cloud(view)))]
 
 
-def _line(line: LogLine) -> Log:
+def _line(line: LogLine) -> bytes:
+    """A ``foxglove.Log``: by hand, for there are hundreds in a run."""
     level = {"info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR}[line.level]
-    return Log(timestamp=_time(line.t_s), level=level, name=line.name, message=line.text)
+    return timestamp(1, round(line.t_s * 1e9)) + whole(2, level) + text(3, line.text) + text(4, line.name)
 
 
 def _lens(lens: Lens) -> CameraCalibration:
@@ -140,7 +142,9 @@ def _cloud(cloud: CloudShown) -> PointCloud:
     )
 
 
-def _scene(tree: SceneTree) -> list[tuple[str, bytes]]:
+@lru_cache(maxsize=2)
+def _scene(tree: SceneTree) -> tuple[tuple[str, bytes], ...]:
+    """Runs of a sweep share their scene."""
     update = SceneUpdate()
     for frame in dict.fromkeys(solid.frame for solid in tree.solids):
         # Locked to its frame, an entity moves with it and need not be sent again.
@@ -149,10 +153,10 @@ def _scene(tree: SceneTree) -> list[tuple[str, bytes]]:
             if solid.frame == frame:
                 _add(entity, solid)
     still = _still(tree.t_s, [frame for frame in tree.frames if frame.kind == "fixed"])
-    text = urdf(tree).encode() + b"\0"
+    words = urdf(tree).encode() + b"\0"
     # CDR, little endian: four bytes that say so, a length, the text and its closing zero.
-    model = b"\x00\x01\x00\x00" + len(text).to_bytes(4, "little") + text
-    return [(STILL, _bytes(still)), ("/scene", _bytes(update)), (MODEL, model)]
+    model = b"\x00\x01\x00\x00" + len(words).to_bytes(4, "little") + words
+    return (STILL, _bytes(still)), ("/scene", _bytes(update)), (MODEL, model)
 
 
 def _still(t_s: float, frames: Iterable[Frame]) -> FrameTransforms:

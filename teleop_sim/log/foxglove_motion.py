@@ -11,18 +11,21 @@ Source: protobuf.dev, *Encoding*; schema ``foxglove.FrameTransforms``.
 
 from __future__ import annotations
 
-import struct
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from teleop_sim.core.records import PlantSample
 from teleop_sim.core.views import Frame, SceneTree
+from teleop_sim.log.wire import double, nested, text
 
 GRID = 2.0**20
 """Steps a metre."""
 
+_PELVIS = 7
 _VARINT_BYTES = 5
 _STAMP_BYTES = 2 + 2 * _VARINT_BYTES
 _NOTHING = 1e-12
@@ -34,13 +37,18 @@ class Motion:
 
     Args:
         tree: the scene. A frame whose joint it does not list stays out.
+
+    Attributes:
+        joints: how many a sample has.
+
     """
 
     def __init__(self, tree: SceneTree) -> None:
+        self.joints = len(tree.joints)
         columns = {name: k for k, name in enumerate(tree.joints)}
         self._roots = [f for f in tree.frames if f.kind == "free"][:1]
         frames = [f for f in tree.frames if f.joint in columns]
-        self._columns = np.array([columns[f.joint] for f in frames], int)
+        self._columns = np.array([_PELVIS + columns[f.joint] for f in frames], int)
         self._zeros = np.array([f.zero for f in frames])
         turns, moves = _turns(frames), _moves(frames)
         turning, moving = _follow(turns, (1, 2)), _follow(moves, (1, 2, 3))
@@ -50,52 +58,62 @@ class Motion:
         for k, frame in enumerate(frames):
             template.add(frame, _numbers(moves[0, k], moving[k]), _numbers(turns[0, k], turning[k]))
         self._bytes, self._fields = template.done()
+        names = self._fields.names or ()
+        self._times = [name for name in names if name[0] == "t"]
+        self._numbers = [name for name in names if name[0] == "v"]
         # In the order of the template: a frame's translation, then its rotation.
         which = np.concatenate([moving, turning], axis=1)
         self._frame, component = np.nonzero(which)
         self._is_turn = component >= moving.shape[1]
-        self._turn = turns[:, self._frame[self._is_turn], component[self._is_turn] - moving.shape[1]]
-        self._move = moves[:, self._frame[~self._is_turn], component[~self._is_turn]]
+        self._turning, self._moving = self._frame[self._is_turn], self._frame[~self._is_turn]
+        self._turn = turns[:, self._turning, component[self._is_turn] - moving.shape[1]]
+        self._move = moves[:, self._moving, component[~self._is_turn]]
 
-    def encode(self, times_ns: Sequence[int], pelvis: np.ndarray, joints: np.ndarray) -> list[bytes]:
+    def fits(self, sample: PlantSample) -> bool:
+        """Whether a sample is of this scene."""
+        return len(sample.joints) == self.joints and len(sample.pelvis) == _PELVIS
+
+    def encode(self, times_ns: Sequence[int], samples: np.ndarray) -> list[memoryview]:
         """One message a sample.
 
         Args:
-            times_ns: (n,) simulated times. pelvis: (n, 7) as in ``PlantSample``. joints: (n, k) likewise.
+            times_ns: (n,) simulated times. samples: (n, 7 + k): pelvis, then joints, as in ``PlantSample``.
         """
-        count, size = len(times_ns), len(self._bytes)
-        filled = np.empty((count, size), np.uint8)
+        filled = np.empty((len(times_ns), len(self._bytes)), np.uint8)
         filled[:] = self._bytes
         rows: Any = filled.view(self._fields)[:, 0]
         stamps = _stamps(np.asarray(times_ns, np.int64))
-        numbers = self._values(pelvis, joints)
-        for name in self._fields.names or ():
-            if name[0] == "t":
-                rows[name] = stamps
-            else:
-                rows[name] = numbers[int(name[1:])]
-        data = filled.tobytes()
-        return [data[k * size : (k + 1) * size] for k in range(count)]
+        for name in self._times:
+            rows[name] = stamps
+        for name, numbers in zip(self._numbers, self._values(samples), strict=True):
+            rows[name] = numbers
+        size, whole = len(self._bytes), filled.data.cast("B")
+        return [whole[at : at + size] for at in range(0, len(whole), size)]
 
-    def _values(self, pelvis: np.ndarray, joints: np.ndarray) -> np.ndarray:
+    def _values(self, samples: np.ndarray) -> np.ndarray:
         """Numbers of the template by row, (m, n)."""
-        values = np.empty((7 * len(self._roots) + len(self._frame), len(pelvis)))
+        columns = samples.T
+        values = np.empty((_PELVIS * len(self._roots) + len(self._frame), len(samples)))
         if self._roots:
             # x, y, z of the place; the schema has a quaternion's w last.
-            values[:7] = pelvis.T[[0, 1, 2, 4, 5, 6, 3]]
-        rest = values[7 * len(self._roots) :]
-        angles = joints.T[self._columns] - self._zeros[:, None]
-        turning = self._frame[self._is_turn]
+            values[:_PELVIS] = columns[[0, 1, 2, 4, 5, 6, 3]]
+        rest = values[_PELVIS * len(self._roots) :]
+        angles = columns[self._columns] - self._zeros[:, None]
         half = 0.5 * angles
-        cosines, sines = np.cos(half), np.sin(half)
         _, cosine, sine = self._turn[..., None]
-        rest[self._is_turn] = cosine * cosines[turning] + sine * sines[turning]
-        if not self._is_turn.all():
-            a = angles[self._frame[~self._is_turn]]
+        turned = cosine * np.cos(half)[self._turning]
+        turned += sine * np.sin(half)[self._turning]
+        if len(self._moving) == 0:
+            rest[:] = turned
+        else:
+            rest[self._is_turn] = turned
+            a = angles[self._moving]
             constant, cosine, sine, slope = self._move[..., None]
             rest[~self._is_turn] = constant + cosine * np.cos(a) + sine * np.sin(a) + slope * a
-        rounded: np.ndarray = np.rint(values * GRID) / GRID
-        return rounded
+        values *= GRID
+        np.rint(values, out=values)
+        values /= GRID
+        return values
 
 
 @lru_cache(maxsize=2)
@@ -114,15 +132,15 @@ class _Template:
 
     def add(self, frame: Frame, translation: Sequence[float | None], rotation: Sequence[float | None]) -> None:
         """Add a transform. Components that are None are filled in later; rotation: x, y, z, w."""
-        parts = [bytes((0x0A, _STAMP_BYTES)) + bytes(_STAMP_BYTES), _text(2, frame.parent), _text(3, frame.name)]
+        parts = [nested(1, bytes(_STAMP_BYTES)), text(2, frame.parent), text(3, frame.name)]
         places: list[int] = []
         for number, vector in ((4, translation), (5, rotation)):
-            at = sum(map(len, parts))
-            body, inside = _doubles(vector)
-            parts.append(bytes((number << 3 | 2, len(body))) + body)
-            places += [at + 2 + place for place in inside]
+            inner, inside = _doubles(vector)
+            parts.append(nested(number, inner))
+            at = sum(map(len, parts)) - len(inner)
+            places += [at + place for place in inside]
         body = b"".join(parts)
-        head = b"\x0a" + _varint(len(body))
+        head = nested(1, body)[: -len(body)]
         start = len(self._data) + len(head)
         self._times.append(start + 2)
         self._places += [start + place for place in places]
@@ -214,20 +232,5 @@ def _doubles(vector: Sequence[float | None]) -> tuple[bytes, list[int]]:
     for number, value in enumerate(vector, start=1):
         if value is None:
             places.append(len(body) + 1)
-        if value is None or value != 0.0:
-            body += struct.pack("<Bd", number << 3 | 1, value or 0.0)
+        body += double(number, math.nan if value is None else value)
     return body, places
-
-
-def _text(number: int, text: str) -> bytes:
-    data = text.encode()
-    return bytes((number << 3 | 2,)) + _varint(len(data)) + data
-
-
-def _varint(value: int) -> bytes:
-    made = bytearray()
-    while value > 0x7F:
-        made.append(value & 0x7F | 0x80)
-        value >>= 7
-    made.append(value)
-    return bytes(made)

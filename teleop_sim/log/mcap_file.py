@@ -36,10 +36,12 @@ class McapFile:
     Args:
         stream: to write to, from its start. It is flushed, never closed.
         name: profile and library in the header.
+        level: how hard zstd works; 3 is its own choice.
     """
 
-    def __init__(self, stream: IO[bytes], name: str) -> None:
+    def __init__(self, stream: IO[bytes], name: str, level: int = 3) -> None:
         self.stream = stream
+        self._compressor = zstandard.ZstdCompressor(level=level)
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._chunks: list[ChunkIndex] = []
@@ -66,14 +68,15 @@ class McapFile:
         self._add(_packed([made, channel]))
         return number
 
-    def add(self, channel: int, time_ns: int, data: bytes, sequence: int) -> None:
+    def add(self, channel: int, time_ns: int, data: bytes | memoryview, sequence: int) -> None:
         """Add a message; logged and published at one time."""
         index = self._index.get(channel)
         if index is None:
             index = self._index[channel] = []
         index += (time_ns, self._size)
-        self._add(_MESSAGE.pack(5, _MESSAGE_FIELDS_BYTES + len(data), channel, sequence, time_ns, time_ns))
-        self._add(data)
+        size = len(data)
+        self._parts += (_MESSAGE.pack(5, _MESSAGE_FIELDS_BYTES + size, channel, sequence, time_ns, time_ns), data)
+        self._size += MESSAGE_HEADER_BYTES + size
 
     def flush(self) -> None:
         """End the chunk, if there is a message in it, and write everything."""
@@ -121,7 +124,7 @@ class McapFile:
         ]
 
     def _begin_chunk(self) -> None:
-        self._parts: list[bytes] = []
+        self._parts: list[bytes | memoryview] = []
         self._size = 0
         self._index: dict[int, list[int]] = {}
 
@@ -135,7 +138,7 @@ class McapFile:
         first_ns, last_ns = min(times), max(times)
         chunk = Chunk(
             compression=_COMPRESSION,
-            data=zstandard.compress(plain),
+            data=self._compressor.compress(plain),
             message_start_time=first_ns,
             message_end_time=max(last_ns, 0),
             uncompressed_crc=zlib.crc32(plain),

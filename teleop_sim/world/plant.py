@@ -14,11 +14,13 @@ from typing import Protocol, runtime_checkable
 import mujoco
 import numpy as np
 
+from teleop_sim.core.views import Frame, SceneTree, Solid
 from teleop_sim.world.contact import ROBOT_GROUP, hand_of
 from teleop_sim.world.description import Vector
 from teleop_sim.world.disturbances import CALM, Disturbances, burdened, change_ground, push_now
 from teleop_sim.world.light import Light
 from teleop_sim.world.robot_model import RobotModel, add_robot
+from teleop_sim.world.shapes import frames_and_solids
 from teleop_sim.world.timers import stop_timers
 
 TIMESTEP_S = 0.004
@@ -129,6 +131,7 @@ class Plant:
         self._qposadr = {name: int(self.model.joint(name).qposadr[0]) for name in self.joint_names}
         self._geoms = [self.model.geom(i).name for i in range(self.model.ngeom)]
         self._own_geom = [group == ROBOT_GROUP for group in self.model.geom_group.tolist()]
+        self._scenes: dict[str, tuple[tuple[Frame, ...], tuple[Solid, ...]]] = {}
         self._groups = np.array([group != ROBOT_GROUP for group in range(6)], np.uint8)
 
     # State ---------------------------------------------------------------------------------------------------------
@@ -154,6 +157,12 @@ class Plant:
     def time_s(self) -> float:
         """MuJoCo's time."""
         return float(self.data.time)
+
+    def scene(self, t_s: float, name: str, camera: str) -> SceneTree:
+        """All that stands and moves, for viewers. ``name``: of the whole; ``camera``: site of the robot's camera."""
+        if camera not in self._scenes:
+            self._scenes[camera] = frames_and_solids(self.model, camera)
+        return SceneTree(t_s, name, *self._scenes[camera], self.joint_names)
 
     # Stepping ------------------------------------------------------------------------------------------------------
 

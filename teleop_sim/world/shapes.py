@@ -17,8 +17,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from teleop_sim.core.views import WORLD, Colour, Frame, Quaternion, SceneTree, Solid, Vector
-from teleop_sim.world.plant import Plant
+from teleop_sim.core.views import WORLD, Colour, Frame, Quaternion, Solid, Vector
 
 CAMERA = "camera"
 """Frame of the robot's camera: right, down, forward, as viewers want it."""
@@ -35,19 +34,16 @@ _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Columns right, down, forward, in forward, left, up."""
 
 
-def scene_tree(plant: Plant, t_s: float, name: str, camera: str) -> SceneTree:
-    """Frames and solids of a plant.
+def frames_and_solids(model: mujoco.MjModel, camera: str) -> tuple[tuple[Frame, ...], tuple[Solid, ...]]:
+    """All that a model holds, parents before children.
 
     Args:
-        plant: whose model it is; its data are not read.
-        t_s: simulated time. name: of the whole.
+        model: of robot and world.
         camera: site of the robot's camera; its frame is called ``CAMERA``.
     """
-    model = plant.model
     names = [WORLD, *(model.body(i).name or f"body{i}" for i in range(1, model.nbody))]
     frames = tuple(frame for body in range(1, model.nbody) for frame in _frames(model, names, body))
-    solids = tuple(_solids(model, names))
-    return SceneTree(t_s, name, (*frames, _camera(model, names, camera)), solids, plant.joint_names)
+    return (*frames, _camera(model, names, camera)), tuple(_solids(model, names))
 
 
 def _frames(model: mujoco.MjModel, names: list[str], body: int) -> Iterator[Frame]:
