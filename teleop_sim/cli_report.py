@@ -32,19 +32,32 @@ def report(
     out: Annotated[
         Path | None, typer.Option(help="Directory for the files; left out: beside the log, or in it.", metavar="DIR")
     ] = None,
+    choose: Annotated[
+        str, typer.Option(help="Of a sweep: the factor whose levels are compared, such as autonomy.", metavar="FACTOR")
+    ] = "",
+    run_pages: Annotated[
+        bool, typer.Option("--pages", help="Of a sweep: first write the page of each run that its report links to.")
+    ] = False,
     show: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
 ) -> None:
     """Write the report of PATH: a page to be opened offline, or figures and tables; and print its tables."""
     with errors_shown():
         from teleop_sim.cli_show import print_report
+        from teleop_sim.cli_sweep_report import print_sweep_report
 
         wanted, problems = chosen(formats or [DEFAULT])
         problems += [*path_problems(path), *_out_problems(path, out)]
         if show and not problems and DEFAULT not in wanted:
             problems.append(Problem("--open", "there is no page to open", "Add --format html."))
+        for option, given in (("--choose", choose), ("--pages", run_pages)):
+            if given and not path.is_dir():
+                problems.append(Problem(option, "belongs to a sweep", "Give a sweep's directory, or leave it out."))
         if problems:
             raise BadInput((*problems, *_log_problems(path)))
-        pages = print_report(path, out, wanted)
+        if path.is_dir():
+            pages = print_sweep_report(path, out, wanted, choose, run_pages)
+        else:
+            pages = print_report(path, out, wanted)
         if show:
             typer.launch(pages[0].absolute().as_uri())
 

@@ -90,29 +90,23 @@ def summary_lines(result: RunResult) -> list[str]:
 
 
 def print_report(path: Path, out: Path | None, formats: Sequence[str]) -> list[Path]:
-    """Write the report of a log or a sweep's directory, print a log's tables and the files' paths, and return these.
+    """Write the report of a log, print its tables and the files' paths, and return these.
 
     Raises:
         LogDamaged: the log cannot be read.
         OSError: a file cannot be written.
 
     """
-    paper = Paper()
-    if path.is_dir():
-        from teleop_sim.sweep.report import write_sweep
+    from teleop_sim.log.load import load
+    from teleop_sim.reports.page import write_view
+    from teleop_sim.reports.run_view import Run
 
-        paths = write_sweep(path, out, formats)
-    else:
-        from teleop_sim.log.load import load
-        from teleop_sim.reports.page import write_view
-        from teleop_sim.reports.run_view import Run
-
-        run = Run(load(path))
-        paths = write_view(run, out, formats)
-        _print_tables(paper, list(run.records))
-        _print_ledger(paper, list(run.records))
-        if run.log.interrupted:
-            paper.print(f"\nThe run was interrupted: the log reads up to {run.log.end_s:.1f} s.")
+    paper, run = Paper(), Run(load(path))
+    paths = write_view(run, out, formats)
+    _print_tables(paper, list(run.records))
+    _print_ledger(paper, list(run.records))
+    if run.log.interrupted:
+        paper.print(f"\nThe run was interrupted: the log reads up to {run.log.end_s:.1f} s.")
     for written in paths:
         paper.print(f"wrote {written}", soft_wrap=True)
     return paths
