@@ -10,6 +10,7 @@ from teleop_sim.reports.run_operator import age_chart, age_sheet, operator_sheet
 from teleop_sim.reports.run_tables import marks_sheet, states_sheet, times_sheet, verification_sheet
 from teleop_sim.reports.run_timeline import LAYERS, TIMELINE
 from teleop_sim.reports.run_view import Run
+from teleop_sim.reports.run_walk import walk_chart
 from teleop_sim.reports.run_waterfall import waterfall_chart, waterfall_sheet
 from teleop_sim.reports.sweep_causes import causes
 from teleop_sim.reports.sweep_cells import cells
@@ -30,6 +31,7 @@ RUN_PARTS: tuple[Part[Run], ...] = (
     Part("crew", "What the crew did", marks_sheet),
     Part("states", "States", states_sheet),
     Part("machine", "The machine and its visits", machine_drawing),
+    Part("walk", "Map of the walk", walk_chart),
     Part("verification", "What people made of the robot's claims", verification_sheet),
     Part("workload", "Workload", workload_chart),
     Part("roles", "Workload, in figures", operator_sheet),
