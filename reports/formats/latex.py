@@ -14,6 +14,9 @@ WIDE = 14
 _SPECIAL = {
     "\\": r"\textbackslash{}",
     **{c: f"\\{c}" for c in "&%$#_{}"},
+    # Behind a line break these would be its argument.
+    "[": "{[}",
+    "*": "{*}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
     "<": r"\textless{}",
@@ -80,9 +83,7 @@ def _row(sheet: Sheet, row: tuple[str | int | float | None, ...]) -> str:
 
 
 def _line(cells: list[str]) -> str:
-    # A row that begins with a bracket would be an argument of the line break before it.
-    first = f"{{}}{cells[0]}" if cells[0].startswith(("[", "*")) else cells[0]
-    return " & ".join([first, *cells[1:]]) + r" \\"
+    return " & ".join(cells) + r" \\"
 
 
 def _groups(sheet: Sheet) -> list[str]:
