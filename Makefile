@@ -10,7 +10,7 @@ NEEDS := dot:graphviz chromium:chromium node:nodejs npm:npm
 LIBRARIES := libegl1 libgl1-mesa-dri
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 
-.PHONY: setup demo test lint types unit bench validate clean
+.PHONY: setup demo test lint types unit bench validate docs clean
 
 setup: $(STAMP)
 
@@ -58,5 +58,8 @@ validate: setup
 	$(BIN)/python benchmarks/table2.py --seeds 20 --workers 2
 	$(BIN)/python -m pytest -m slow
 
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
 clean:
-	rm -rf $(VENV) build dist *.egg-info
+	rm -rf $(VENV) build dist site *.egg-info

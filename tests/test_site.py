@@ -1,0 +1,115 @@
+"""The documentation site: it builds, it loads nothing from elsewhere, and its references leave nothing out."""
+
+import html
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import typer.main
+
+import teleop_sim
+from teleop_sim.cli_commands import app
+from teleop_sim.core import records
+
+ROOT = Path(__file__).parents[1]
+LOADING = {
+    ("audio", "src"), ("embed", "src"), ("iframe", "src"), ("img", "src"), ("img", "srcset"), ("input", "src"),
+    ("link", "href"), ("object", "data"), ("script", "src"), ("source", "src"), ("source", "srcset"), ("track", "src"),
+    ("use", "href"), ("image", "href"), ("video", "poster"), ("video", "src"),
+}  # fmt: skip
+"""Attributes whose address a browser fetches by itself; those of ``a`` it only follows."""
+ELSEWHERE = re.compile(r"^\s*(?:https?:)?//", re.IGNORECASE)
+
+
+class Loads(HTMLParser):
+    """What a page would load, and what its style elements say."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.classes: set[str] = set()
+
+    def handle_starttag(self, tag, attributes):
+        self.addresses += [value or "" for key, value in attributes if (tag, key) in LOADING]
+        self.classes |= {name for key, value in attributes if key == "class" for name in (value or "").split()}
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", folder],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    return folder
+
+
+def shown(page: Path) -> str:
+    return html.unescape(re.sub(r"<[^>]+>", "", page.read_text(encoding="utf-8")))
+
+
+def test_no_page_loads_anything_from_another_host(site):
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 20
+    for page in pages:
+        loads = Loads()
+        loads.feed(page.read_text(encoding="utf-8"))
+        assert [a for a in loads.addresses if ELSEWHERE.match(a)] == [], page.name
+        # The theme's script would fetch the program that draws these.
+        assert "mermaid" not in loads.classes, page.name
+
+
+def test_no_style_loads_anything_from_another_host(site):
+    for sheet in [*site.rglob("*.css"), *site.rglob("*.svg"), *site.rglob("*.html")]:
+        text = sheet.read_text(encoding="utf-8")
+        found = re.findall(r"""(?:url\(|@import)\s*["']?\s*((?:https?:)?//[^"')\s]+)""", text)
+        assert found == [], sheet.name
+
+
+def test_every_command_has_a_section(site):
+    text = shown(site / "reference" / "cli.html")
+
+    def commands(group, above):
+        for name, command in group.commands.items():
+            yield f"{above} {name}", command
+            if hasattr(command, "commands"):
+                yield from commands(command, f"{above} {name}")
+
+    for name, command in commands(typer.main.get_command(app), "teleop-sim"):
+        assert name in text, name
+        for parameter in command.params:
+            assert parameter.opts[-1] in text or parameter.metavar in text, f"{name} {parameter.opts}"
+
+
+def test_every_public_name_is_told(site):
+    headings = (site / "reference" / "api.html").read_text(encoding="utf-8")
+    for name in teleop_sim.__all__:
+        if not name.startswith("_"):
+            value = getattr(teleop_sim, name)
+            assert f'id="{value.__module__}.{name}"' in headings, name
+
+
+def test_every_record_is_told(site):
+    headings = (site / "reference" / "records.html").read_text(encoding="utf-8")
+    for kind in records.RECORDS.values():
+        assert f'id="{kind.__module__}.{kind.__name__}"' in headings, kind
+
+
+def test_the_picture_of_the_concepts_is_the_one_that_its_script_makes():
+    import importlib.util
+
+    spec = importlib.util.spec_from_file_location("concepts_picture", ROOT / "docs" / "figures" / "concepts.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    for name, ink in module.FILES.items():
+        assert (ROOT / "docs" / "pictures" / name).read_text(encoding="utf-8") == module.picture(ink), name
