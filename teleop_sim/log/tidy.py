@@ -25,8 +25,8 @@ PARTS = {
 """Fields of numbers that become a column a number. Others keep a tuple a cell."""
 
 _NANOSECONDS = 1e9
-_LONGEST_NS = float(2**63 - 1024)
-"""The greatest double below what a timedelta can say."""
+_LONGEST_NS = float(2**62)
+"""146 years: of two times within it the difference is a timedelta too."""
 
 
 def free_fields(topic: str) -> frozenset[str]:
@@ -71,7 +71,8 @@ def lasted(start_s: NDArray[np.float64], end_s: NDArray[np.float64]) -> NDArray[
 
 def from_seconds(times_s: NDArray[np.float64]) -> NDArray[np.timedelta64]:
     """Seconds as timedeltas, rounded to the nanosecond as the log's times are; what is no time is NaT."""
-    ns = np.rint(times_s * _NANOSECONDS)
+    with np.errstate(over="ignore"):
+        ns = np.rint(times_s * _NANOSECONDS)
     known = np.abs(ns) < _LONGEST_NS  # false for NaN
     whole = np.where(known, ns, 0.0).astype(np.int64).view("timedelta64[ns]")
     return np.where(known, whole, np.timedelta64("NaT", "ns"))
