@@ -7,6 +7,7 @@ from teleop_sim.reports.run_ledger import ledger_sheet, messages_sheet
 from teleop_sim.reports.run_link import link_chart, link_sheet
 from teleop_sim.reports.run_machine import machine_drawing
 from teleop_sim.reports.run_operator import age_chart, age_sheet, operator_sheet, workload_chart
+from teleop_sim.reports.run_stills import stills_pictures
 from teleop_sim.reports.run_tables import marks_sheet, states_sheet, times_sheet, verification_sheet
 from teleop_sim.reports.run_timeline import LAYERS, TIMELINE
 from teleop_sim.reports.run_view import Run
@@ -32,6 +33,7 @@ RUN_PARTS: tuple[Part[Run], ...] = (
     Part("states", "States", states_sheet),
     Part("machine", "The machine and its visits", machine_drawing),
     Part("walk", "Map of the walk", walk_chart),
+    Part("stills", "The robot in each state", stills_pictures),
     Part("verification", "What people made of the robot's claims", verification_sheet),
     Part("workload", "Workload", workload_chart),
     Part("roles", "Workload, in figures", operator_sheet),
