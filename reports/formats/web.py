@@ -80,7 +80,7 @@ def _prefix(element: ElementTree.Element, prefix: str) -> None:
         if target.startswith("#"):
             if name in element.attrib:
                 element.set(name, f"#{prefix}-{target[1:]}")
-        else:
+        elif not target.startswith("data:image/"):
             del element.attrib[name]
     for name, value in element.attrib.items():
         if "url(#" in value:

@@ -171,6 +171,15 @@ def test_a_chart_takes_the_page_s_colours_and_clashes_with_no_other():
     assert one.replace("one-", "two-") == two
 
 
+def test_a_picture_in_a_chart_stays():
+    def draw():
+        made = Figure(figsize=(3, 2))
+        made.subplots().imshow([[0, 1], [1, 0]])
+        return made
+
+    assert re.search(r'<image [^>]*href="data:image/png;base64,', chart_svg(Chart(draw, "x"), "p"))
+
+
 def test_a_drawing_cannot_run_or_lead_away():
     evil = (
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="72pt" height="9pt">'
