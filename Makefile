@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 
 # Graphviz lays out the drawings of machines; EGL draws robots without a screen; tests open pages in a browser and read logs
 # with node. Where nobody may install packages, each is named when something needs it.
-NEEDS := dot:graphviz chromium:chromium node:nodejs npm:npm
+NEEDS := dot:graphviz chromium:chromium node:nodejs npm:npm patch:patch
 LIBRARIES := libegl1 libgl1-mesa-dri
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 

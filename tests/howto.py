@@ -110,8 +110,8 @@ def environment(copy: Path) -> dict[str, str]:
     return {**os.environ, "PATH": path, "PYTHONPATH": str(copy), "COLUMNS": "100", "MPLBACKEND": "agg"}
 
 
-def run_page(page: Path, copy: Path) -> None:
-    """Do what a page says, in a copy of the project.
+def run_page(page: Path, copy: Path, only: str = "") -> None:
+    """Do what a page says, in a copy of the project; ``only`` blocks of this language.
 
     Raises:
         Broken: with page and line.
@@ -119,6 +119,8 @@ def run_page(page: Path, copy: Path) -> None:
     """
     with Reader(copy) as reader:
         for block in blocks(page.read_text(encoding="utf-8")):
+            if only and block.language != only:
+                continue
             try:
                 reader.do(block)
             except Broken as error:

@@ -27,6 +27,19 @@ def test_page_does_what_it_says(page, tmp_path):
     howto.run_page(page, tmp_path)
 
 
+@pytest.mark.parametrize("name", ["README.md", "docs/log.md"])
+def test_python_examples_run(name, tmp_path):
+    """Those of pages that are no how-to; a short run stands in for the log that they read."""
+    howto.copy_project(tmp_path)
+    short = tmp_path / "short.md"
+    short.write_text(
+        "```bash\nteleop-sim run src-dish --seed 1 --time-limit 40s --quiet --json > run.json || test $? = 1\n```\n",
+        encoding="utf-8",
+    )
+    howto.run_page(short, tmp_path)
+    howto.run_page(ROOT / name, tmp_path, only="python")
+
+
 def test_blocks_have_language_title_and_line():
     page = 'text\n\n```toml title="a.toml"\nx = 1\n```\n```bash\nls\n```\n'
     assert howto.blocks(page) == [

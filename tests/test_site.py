@@ -14,6 +14,7 @@ import typer.main
 import teleop_sim
 from teleop_sim.cli_commands import app
 from teleop_sim.core import records
+from teleop_sim.reports.registry import RUN_PARTS, SWEEP_PARTS
 
 ROOT = Path(__file__).parents[1]
 LOADING = {
@@ -73,6 +74,21 @@ def test_no_style_loads_anything_from_another_host(site):
         text = sheet.read_text(encoding="utf-8")
         found = re.findall(r"""(?:url\(|@import)\s*["']?\s*((?:https?:)?//[^"')\s]+)""", text)
         assert found == [], sheet.name
+
+
+def test_tables_and_lists_are_rendered_as_such(site):
+    """A table that runs into the one above it, or a list without a line before it, is shown as its source."""
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.search(r"<td[^>]*>:?-{3,}", text), page.name
+        for paragraph in re.findall(r"<p>(.*?)</p>", text, re.DOTALL):
+            assert not re.search(r"^(?:- |\d+\. |\|)", paragraph, re.MULTILINE), f"{page.name}: {paragraph[:80]}"
+
+
+def test_every_part_of_a_report_is_told(site):
+    text = " ".join(shown(site / "reports.html").split())
+    for part in (*RUN_PARTS, *SWEEP_PARTS):
+        assert part.title.removesuffix(", in figures") in text, f"say in docs/reports.md what {part.title!r} shows"
 
 
 def test_every_command_has_a_section(site):
