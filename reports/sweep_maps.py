@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from teleop_sim.stats.runs import Measure
-
 MOST_VALUES: Final = 8
 """Of a map's axis (a choice of layout)."""
 
@@ -48,8 +46,6 @@ def decision(sweep: SweepRuns) -> Chart | None:
     for name, count in zip(link, most, strict=True):
         runs = runs[runs[name].isin(spread(sweep.levels[name], count))]
     measure = Measure("time", sweep.limit_s)
-    if _unknown(runs, measure):
-        return None
     found = decision_map(runs, list(link), sweep.compared, measure, sweep.seed)
     if not len(found):
         return None
@@ -71,11 +67,6 @@ def decision(sweep: SweepRuns) -> Chart | None:
 
 def _places(sweep: SweepRuns, name: str) -> Mapping[Any, int]:
     return {value: place for place, value in enumerate(sweep.levels[name])}
-
-
-def _unknown(runs: pd.DataFrame, measure: Measure) -> bool:
-    """Whether a run was left before the limit, so that its restricted time is not known."""
-    return bool(((runs["status"] == "censored") & (runs["time_s"] < measure.limit_s)).any())
 
 
 def heat(sweep: SweepRuns) -> Chart | None:

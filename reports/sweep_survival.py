@@ -170,9 +170,10 @@ def drawn_steps(times_s: FloatArray, done: np.ndarray[Any, np.dtype[np.bool_]], 
         np.concatenate(([first], steps))
         for first, steps in ((1.0, curve.survival), (curve.first_low, curve.low), (1.0, curve.high))
     ]
-    # Of steps that are closer than can be seen, the last.
-    kept = np.append(np.diff(np.floor(at_s / end_s * MOST_STEPS)) > 0.0, True) if at_s.size > MOST_STEPS else None
-    if kept is not None:
+    if at_s.size > MOST_STEPS:
+        # Of steps that are closer than can be seen, the last; and the start.
+        kept = np.append(np.diff(np.floor(at_s / end_s * MOST_STEPS)) > 0.0, True)
+        kept[0] = True
         at_s, columns = at_s[kept], [column[kept] for column in columns]
     # A curve that has come to nothing ends there: nobody is left to whom an interval could belong.
     stop_s = at_s[-1] if columns[0][-1] == 0.0 else min(end_s, curve.watched_s)

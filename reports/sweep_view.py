@@ -153,8 +153,15 @@ class SweepRuns:
 
     @cached_property
     def limit_s(self) -> float:
-        """To which completion times are restricted: the longest that every run was to be watched [s]; NaN: no run."""
-        return float(self.runs["limit_s"].min()) if len(self.runs) else math.nan
+        """To which completion times are restricted: the longest that every run was watched [s]; NaN: no run.
+
+        That is the shortest time limit, or earlier where a run was left before it.
+        """
+        if not len(self.runs):
+            return math.nan
+        left_s = self.runs.loc[self.runs["status"] == "censored", "time_s"].min()
+        limit_s = float(self.runs["limit_s"].min())
+        return limit_s if math.isnan(left_s) else min(limit_s, float(left_s))
 
     @cached_property
     def summary(self) -> pd.DataFrame:
@@ -163,7 +170,7 @@ class SweepRuns:
 
         from teleop_sim.stats.summary import summary
 
-        return summary(self.runs, ["cell"]) if len(self.runs) else pd.DataFrame(columns=["cell"])
+        return summary(self.runs, ["cell"], self.limit_s) if len(self.runs) else pd.DataFrame(columns=["cell"])
 
     @cached_property
     def table(self) -> pd.DataFrame:

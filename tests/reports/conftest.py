@@ -1,8 +1,10 @@
 """Made-up runs: what a run of src-dish may look like, from a seed and a few switches. No physics, no link model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from teleop_sim.core.records import (
@@ -20,6 +22,9 @@ from teleop_sim.core.records import (
     TransitionTaken,
     Waited,
 )
+from teleop_sim.reports.figures import RUN_FIGURES
+from teleop_sim.reports.shares import SHARES
+from teleop_sim.reports.sweep_view import LEVELS, SweepRuns
 
 NAN = float("nan")
 STEPS = (
@@ -127,3 +132,50 @@ def make_run() -> Callable[..., list[Record]]:
         return Made(seed, stretch, ask, blackouts).run(ended)
 
     return make
+
+
+def made_sweep(
+    axes: Mapping[str, Sequence[object]],
+    replicates: int = 6,
+    seed: int = 1,
+    fails: float = 0.2,
+    censors: float = 0.0,
+    design: str = "grid",
+    limit_s: float = 1800.0,
+    **given: object,
+) -> SweepRuns:
+    """A sweep of made-up runs: later by 60 s a second of delay, and earlier by 100 s a level of autonomy."""
+    rng = np.random.default_rng(seed)
+    cells = list(product(*axes.values())) if design == "grid" else list(zip(*axes.values(), strict=True))
+    rows = []
+    for cell, values in enumerate(cells):
+        for replicate in range(replicates):
+            setting = dict(zip(axes, values, strict=True))
+            status = str(rng.choice(["failed", "censored", "completed"], p=[fails, censors, 1.0 - fails - censors]))
+            parts = rng.exponential([150.0, 40.0, 60.0, 50.0, 1.0])
+            parts[2] += 60.0 * float(setting.get("latency_s", 0.0))
+            parts[3] += 100.0 * LEVELS[::-1].index(setting.get("autonomy", "full"))
+            parts *= min(1.0, 0.9 * limit_s / parts.sum())
+            if status == "censored":
+                parts *= limit_s / parts.sum()
+            time_s = float(parts.sum())
+            row = {name: 0 if name in WHOLE else 0.0 for name in RUN_FIGURES} | setting
+            row |= dict(zip(SHARES, parts.tolist(), strict=True))
+            cause = "" if status == "completed" else f"fell at {rng.random():.3f} rad" if replicate % 2 else "left"
+            log = f"runs/c{cell:04d}/r{replicate:05d}.mcap"
+            row |= {"cell": cell, "replicate": replicate, "status": status, "outcome": status, "cause": cause}
+            row |= {"time_s": time_s, "score": int(rng.integers(0, 4)), "limit_s": limit_s, "log": log}
+            rows.append(row)
+    columns = ["cell", "replicate", *axes, *RUN_FIGURES, "limit_s", "log"]
+    plan = {"name": "src-dish", "question": "?", "task": "src-dish", "base": {}, "seed": 1, "detail": "full"}
+    plan |= {"design": design, "planned": len(rows), "cells": len(cells), "finished": True, "until": False}
+    runs = pd.DataFrame(rows, columns=columns)
+    return SweepRuns(**({"runs": runs, "factors": tuple(axes), "where": "runs/s"} | plan | given))
+
+
+WHOLE = ("score", "round_trips", "requests", "retries", "episodes", "operator_acts")
+
+
+@pytest.fixture
+def make_sweep() -> Callable[..., SweepRuns]:
+    return made_sweep
