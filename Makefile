@@ -14,13 +14,15 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo "sudo -n")
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml
+$(STAMP): pyproject.toml tests/log/node/package-lock.json
 	@missing="$(foreach need,$(NEEDS),$$(command -v $(firstword $(subst :, ,$(need))) >/dev/null || echo $(lastword $(subst :, ,$(need)))))"; \
 	  for package in $(LIBRARIES); do dpkg -s $$package >/dev/null 2>&1 || missing="$$missing $$package"; done; \
 	  set -- $$missing; [ $$# = 0 ] || { $(SUDO) apt-get -qq update && $(SUDO) apt-get -qq install -y "$$@" >/dev/null; } \
 	  || echo "could not install $$*: pictures, drawings or tests need them"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,docs]'
+	@# the reader of logs that Foxglove and Lichtblick use, for a test
+	npm ci --prefix tests/log/node --ignore-scripts --no-audit --no-fund --silent || echo "no npm ci: a test needs it"
 	@# compile the control law once, so that no first run pays for it
 	$(BIN)/python -m teleop_sim.robot.warm_up
 	touch $(STAMP)
