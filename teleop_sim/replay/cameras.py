@@ -22,7 +22,6 @@ WIDE, OVER_M, AROUND_M = 1.5, 0.25, 0.5
 highest joint, and round its way."""
 FAR_M, NEAR_M = 1.8, 1.0
 """From where on the robot is at the thing."""
-_LOOKS = 9
 
 
 def behind(scene: Scene, t_s: float) -> View:
@@ -76,13 +75,8 @@ CAMERAS: Mapping[str, Callable[[Scene, float], View]] = {"behind": behind, "side
 
 def followed(scene: Scene, t_s: float) -> tuple[float, float, float, float]:
     """What a camera follows: x, y, and a height to look at [m], heading [rad]."""
-    track = scene.track
-    times_s = t_s + np.linspace(-SMOOTH_S, SMOOTH_S, _LOOKS)
-    pelvis = np.mean([track.at(t).pelvis[:3] for t in times_s], axis=0)
-    known = np.clip(np.searchsorted(track.t_s, times_s, side="right") - 1, 0, len(track.t_s) - 1)
-    turned = track.headings_rad[known]
-    heading = math.atan2(float(np.sin(turned).sum()), float(np.cos(turned).sum()))
-    return float(pelvis[0]), float(pelvis[1]), max(0.4, float(pelvis[2])), heading
+    x, y, z, heading = scene.track.mean(t_s - SMOOTH_S, t_s + SMOOTH_S)
+    return x, y, max(0.4, z), heading
 
 
 def nearness(scene: Scene, x_m: float, y_m: float) -> float:

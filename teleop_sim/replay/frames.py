@@ -15,7 +15,7 @@ from teleop_sim.world.drawing import Painter, View
 
 LINGER_S = 1.0
 """Where waits are skipped, what has moved is shown for so long [s of simulated time] after it came to rest."""
-JUMP_SHOWN = 1.0
+JUMP_SHOWN_S = 1.0
 """A jump is told for so long [s of video] after it."""
 
 
@@ -60,7 +60,7 @@ def shots(cut: Cut, stirring: Sequence[tuple[float, float]]) -> list[Shot]:
     for start_s, end_s in _kept(cut, stirring):
         skipped_s = start_s - last_s
         for k in range(max(1, 1 + int((end_s - start_s) / step_s + 1e-9))):
-            made.append(Shot(start_s + k * step_s, skipped_s if k < JUMP_SHOWN * cut.fps else 0.0))
+            made.append(Shot(start_s + k * step_s, skipped_s if k < JUMP_SHOWN_S * cut.fps else 0.0))
         last_s = end_s
     return made
 

@@ -97,6 +97,26 @@ class Track:
                 made.append((start_s, end_s + after_s))
         return made
 
+    def mean(self, from_s: float, to_s: float) -> tuple[float, float, float, float]:
+        """Pelvis position [m] and heading [rad], on average over a stretch of time, as it is shown."""
+        knots_s, way = self._way
+        inner = knots_s[np.searchsorted(knots_s, from_s, side="right") : np.searchsorted(knots_s, to_s)]
+        at_s = np.concatenate([[from_s], inner, [to_s]])
+        values = [np.interp(at_s, knots_s, column) for column in way.T]
+        x, y, z, heading = (float(np.trapezoid(column, at_s)) / (to_s - from_s) for column in values)
+        return x, y, z, heading
+
+    @cached_property
+    def _way(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (m,), between which the pelvis goes straight; its x, y, z and heading without jumps, (m, 4)."""
+        way = np.column_stack([self.pelvis[:, :3], np.unwrap(self.headings_rad)])
+        # What stood still began to move one period before its next sample.
+        waited = np.flatnonzero(np.diff(self.t_s) > PERIOD_S + _SLACK_S)
+        times_s = np.insert(self.t_s, waited + 1, self.t_s[waited + 1] - PERIOD_S)
+        way = np.insert(way, waited + 1, way[waited], axis=0)
+        last = np.append(np.diff(times_s) > 0.0, True)
+        return times_s[last], way[last]
+
     @cached_property
     def headings_rad(self) -> np.ndarray:
         """Heading of the pelvis at each sample (n,); of a robot that is down, the last it had upright."""

@@ -15,6 +15,8 @@ import numpy as np
 from teleop_sim.world.drawing import CannotDraw, View
 from teleop_sim.world.plant import Plant
 
+CLOSES_S = 5.0
+"""Longest wait for a window to go (assumed)."""
 NO_DISPLAY = "there is no display to open a window on", "A video needs none: teleop-sim replay LOG --video run.mp4."
 
 
@@ -38,9 +40,11 @@ class Window:
 
         light = plant.model.vis.headlight
         light.ambient[:], light.diffuse[:], light.specular[:] = 0.4, 0.55, 0.0
+        before = set(threading.enumerate())
         self._handle: Any = viewer.launch_passive(
             plant.model, plant.data, key_callback=pressed, show_left_ui=False, show_right_ui=False
         )
+        self._threads = [thread for thread in threading.enumerate() if thread not in before]
         with self._handle.lock():
             camera = self._handle.cam
             camera.lookat[:] = view.at_m
@@ -67,8 +71,10 @@ class Window:
         self._handle.sync()
 
     def close(self) -> None:
-        """Close it."""
+        """Close it, and wait until it is gone: OpenGL taken away under a thread that draws crashes Python at its end."""
         self._handle.close()
+        for thread in self._threads:
+            thread.join(CLOSES_S)
 
 
 def need_display() -> None:
