@@ -19,7 +19,8 @@ from rich.console import Console
 
 from teleop_sim import load, load_scenario
 from teleop_sim.core.records import PlantSample
-from teleop_sim.reports.table import rich_table, state_table
+from teleop_sim.reports.table import state_table
+from teleop_sim.reports.terminal import rich_table
 from teleop_sim.run import RunResult, run_scenario
 
 

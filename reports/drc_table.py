@@ -13,8 +13,7 @@ from dataclasses import astuple, dataclass, fields
 from io import StringIO
 from itertools import pairwise
 
-from teleop_sim.core.records import Record, RunStarted
-from teleop_sim.reports.drc_times import COLUMNS, PaperRow, Times, completed, drc_times, paper_rows
+from teleop_sim.reports.drc_times import COLUMNS, PaperRow, Times, paper_rows
 
 DOOR = ("drc-door-lab-operator", "drc-door-lab-behaviour")
 VALVE = ("drc-valve-lab-operator", "drc-valve-lab-behaviour")
@@ -150,21 +149,6 @@ def drc_markdown(rows: Sequence[DrcRow]) -> str:
     lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
     return "\n".join([*lines, "", NOTE, ""])
-
-
-def run_markdown(records: Sequence[Record]) -> str:
-    """One run's columns as Markdown, beside the paper's where the run is one of its rows."""
-    started = next((r for r in records if isinstance(r, RunStarted)), None)
-    ours = drc_times(records)
-    paper = paper_rows().get(started.scenario if started else "")
-    head = ["", *(f"{words} s" for words in COLUMNS.values())]
-    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * len(COLUMNS)]
-    figures = {"this run" if completed(records) else "this run, not completed": ours}
-    figures |= {f"{paper.name} (paper)": paper.times} if paper else {}
-    for name, times in figures.items():
-        cells = ("in reset" if math.isnan(value) else f"{value:.1f}" for value in astuple(times))
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", RUN_NOTE, ""])
 
 
 def _cells(row: DrcRow) -> list[str]:

@@ -17,25 +17,24 @@ WAITS = {
 }
 """Where a packet waits, in the order in which it does."""
 _GROUP = "mean wait of those that arrived [s]"
-NOTE = (
-    "Every copy and every acknowledgement is a packet. Waits are of packets that arrived; they add up to its age then."
-)
-MESSAGES_NOTE = "Best effort is not counted here: of it a packet is a message. Sending again: copies in vain."
+NOTE = "Waits: mean of the packets that arrived. Every copy and every acknowledgement is a packet."
+MESSAGES_NOTE = "Waits: mean of the messages that arrived; again: copies in vain. Best effort is not counted here."
 
 
 def ledger_sheet(run: Run) -> Sheet | None:
     """Packets by direction and topic; None where nothing was sent."""
-    return _sheet(ledger(run.records), "packets", "bits, with headers", NOTE)
+    rows = ledger(run.records)
+    return rows_sheet(rows, "packets", "bits, with headers", NOTE) if rows else None
 
 
 def messages_sheet(run: Run) -> Sheet | None:
     """Messages by direction and topic where a delivery acknowledges; None where none does."""
-    return _sheet(message_ledger(run.records), "messages", "bits of payload", MESSAGES_NOTE)
+    rows = message_ledger(run.records)
+    return rows_sheet(rows, "messages", "bits of payload", MESSAGES_NOTE) if rows else None
 
 
-def _sheet(rows: Sequence[LedgerRow], what: str, bits: str, note: str) -> Sheet | None:
-    if not rows:
-        return None
+def rows_sheet(rows: Sequence[LedgerRow], what: str, bits: str, note: str) -> Sheet:
+    """A ledger's rows. ``what``: packets or messages. ``bits``: which of theirs are counted."""
     columns = (
         Column("direction", "link"),
         Column("topic", "topic"),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import astuple, fields
 
-from teleop_sim.core.records import Layer, RunStarted
+from teleop_sim.core.records import Layer, Record, RunStarted
 from teleop_sim.reports.drc_marks import MARKS, counts
 from teleop_sim.reports.drc_show import is_drc
 from teleop_sim.reports.drc_table import RUN_NOTE
@@ -33,7 +33,7 @@ def states_sheet(run: Run) -> Sheet | None:
     return state_sheet(rows) if rows else None
 
 
-def state_sheet(rows: list[TableRow]) -> Sheet:
+def state_sheet(rows: Sequence[TableRow]) -> Sheet:
     """Table II of one run or several. The paper's columns are there only where one of its states is."""
     known = {name for state, (row, _) in paper_rows().items() for name in (state, row)}
     theirs = any(row.name in known for row in rows)
@@ -57,7 +57,7 @@ def state_sheet(rows: list[TableRow]) -> Sheet:
     sums = {name: sum(getattr(row, name) for row in rows) for name in ("retries", "time_s")}
     paper_sums = {name: sum(getattr(r.paper, name) for r in rows if r.paper) for name in ("retries", "time_s")}
     total = (
-        "sum",
+        "Sum",
         *(sums.get(c.name) for c in ours),
         *((paper_sums.get(c.name) for c in FIGURES) if theirs else ()),
     )
@@ -72,12 +72,7 @@ def times_sheet(run: Run) -> Sheet | None:
     """One run's row of Table 2, beside the paper's where it is one of its rows; None for other tasks."""
     if not (is_drc(run.records) or any(isinstance(r, Layer) for r in run.records)):
         return None
-    started = next((r for r in run.records if isinstance(r, RunStarted)), None)
-    paper = table2().get(started.scenario if started else "")
-    rows: Mapping[str, Times] = {
-        "this run" if completed(run.records) else "this run, not completed": drc_times(run.records),
-        **({f"ViGIR paper, {paper.name}": paper.times} if paper else {}),
-    }
+    rows = times_of(run.records, paper="ViGIR paper")
     columns = (
         Column("row", ""),
         *(Column(f.name, f"{COLUMNS[f.name]} [s]", 1) for f in fields(Times)),
@@ -85,6 +80,14 @@ def times_sheet(run: Run) -> Sheet | None:
     return Sheet(
         columns, tuple((name, *map(float, astuple(times))) for name, times in rows.items()), (), RUN_NOTE + _RESET
     )
+
+
+def times_of(records: Sequence[Record], paper: str) -> dict[str, Times]:
+    """A run's columns of Table 2, and the paper's where it is one of its rows, under their names."""
+    started = next((r for r in records if isinstance(r, RunStarted)), None)
+    theirs = table2().get(started.scenario if started else "")
+    ours = "this run" if completed(records) else "this run, not completed"
+    return {ours: drc_times(records), **({f"{paper}, {theirs.name}": theirs.times} if theirs else {})}
 
 
 _RESET = " An empty cell: the template was laid in a pause of the contest, and the paper has no time for it."

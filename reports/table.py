@@ -14,29 +14,20 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from io import StringIO
-from typing import TYPE_CHECKING
 
 from teleop_sim.core.records import Record
-from teleop_sim.reports.shares import SHARES, where_time_went
+from teleop_sim.reports.shares import where_time_went
 from teleop_sim.reports.visits import StateRow, Visit, state_rows, visits, worst
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 __all__ = [
     "NOTE",
     "PaperRow",
     "StateRow",
     "TableRow",
-    "csv_text",
-    "markdown_text",
     "paper_rows",
-    "rich_shares",
-    "rich_table",
     "state_rows",
     "state_table",
     "where_time_went",
@@ -159,82 +150,3 @@ def _table_row(name: str, entries: Sequence[Entry]) -> TableRow:
         sum(e.time_s for e in entries) / len(entries),
         paper,
     )
-
-
-HEADINGS = ("State", "NE %", "AR %", "MR %", "#AR", "time s", "paper NE %", "AR %", "MR %", "#AR", "time s")
-OURS = 6
-"""How many of the headings are not the paper's."""
-
-NARROW = (0, 4, 5, 10)
-NARROW_NOTE = "#AR: retries. A wider terminal and the report's files have all columns."
-
-
-def _cells(row: TableRow) -> tuple[str, ...]:
-    def shown(of: TableRow | PaperRow) -> tuple[str, ...]:
-        shares = (f"{p:.0f}" if p else "-" for p in (of.normal_pct, of.auto_pct, of.manual_pct))
-        return (*shares, str(of.retries), f"{of.time_s:.1f}")
-
-    return (row.name, *shown(row), *(shown(row.paper) if row.paper else ("",) * 5))
-
-
-def _total(rows: Sequence[TableRow]) -> tuple[str, ...]:
-    ours, paper = sum(r.time_s for r in rows), sum(r.paper.time_s for r in rows if r.paper)
-    retries = sum(r.paper.retries for r in rows if r.paper)
-    theirs = (str(retries), f"{paper:.1f}") if paper else ("", "")
-    return ("Sum", "", "", "", str(sum(r.retries for r in rows)), f"{ours:.1f}", "", "", "", *theirs)
-
-
-def rich_table(rows: Sequence[TableRow], narrow: bool = False) -> Table:
-    """The table for a terminal; ``narrow``: only retries and times, for one of 40 columns."""
-    from rich.table import Table
-
-    runs = max((r.runs for r in rows), default=0)
-    title = f"Per state, {runs} run{'s' if runs != 1 else ''}; right: the WPI paper's Table II, task 1, 10 runs"
-    caption = NARROW_NOTE if narrow else NOTE
-    table = Table(title=title, caption=caption, caption_justify="left", show_footer=True)
-    headings = {**dict(enumerate(HEADINGS)), **({10: "paper"} if narrow else {})}
-    total = _total(rows)
-    columns = NARROW if narrow else tuple(range(len(HEADINGS)))
-    for i in columns:
-        style = "dim" if i > 5 else None
-        table.add_column(headings[i], total[i], justify="right" if i else "left", no_wrap=True, style=style)
-    for row in rows:
-        cells = _cells(row)
-        table.add_row(*(cells[i] for i in columns))
-    return table
-
-
-def rich_shares(shares: Mapping[str, float]) -> Table:
-    """Where the time went, for a terminal; takes what ``where_time_went`` gives."""
-    from rich.table import Table
-
-    total_s = shares["total_s"]
-    table = Table(title="Where the time went", show_footer=True)
-    table.add_column("", "Sum")
-    table.add_column("time s", f"{total_s:.1f}", justify="right")
-    table.add_column("share %", "100" if total_s else "-", justify="right")
-    for key, words in SHARES.items():
-        table.add_row(words, f"{shares[key]:.1f}", f"{100.0 * shares[key] / total_s:.0f}" if total_s else "-")
-    return table
-
-
-def csv_text(rows: Sequence[TableRow]) -> str:
-    """The table as CSV with full precision; the paper's columns are empty where it has no such row."""
-    out = StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    figures = [f.name for f in fields(PaperRow)]
-    writer.writerow(["state", *figures, *(f"paper_{name}" for name in figures)])
-    for row in rows:
-        ours = [row.name, *(getattr(row, name) for name in figures)]
-        writer.writerow([*ours, *(astuple(row.paper) if row.paper else ("",) * len(figures))])
-    return out.getvalue()
-
-
-def markdown_text(rows: Sequence[TableRow]) -> str:
-    """The table as Markdown; the paper's columns are left out where no state is one of its machine."""
-    known = {name for state, (row, _) in paper_rows().items() for name in (state, row)}
-    theirs = not rows or any(row.name in known for row in rows)
-    shown = len(HEADINGS) if theirs else OURS
-    lines = ["| " + " | ".join(HEADINGS[:shown]) + " |", "|---|" + "---:|" * (shown - 1)]
-    lines += ["| " + " | ".join(cells[:shown]) + " |" for cells in (*map(_cells, rows), _total(rows))]
-    return "\n".join([*lines, "", NOTE if theirs else SHORT_NOTE, ""])

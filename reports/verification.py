@@ -7,10 +7,8 @@ A *hit* is a rejection of a wrong claim; a *correct rejection* of the alarm is a
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
-from io import StringIO
 
 from teleop_sim.core.records import Claimed, Judged, Record
 
@@ -67,29 +65,3 @@ def _row(event: str, judged: list[Judged], wrong: dict[int, bool]) -> Verificati
         counted.count((False, "accepted")),
         sum(verdict == "unseen" for _, verdict in counted),
     )
-
-
-COLUMNS = ("event", "hits", "misses", "false_alarms", "correct_rejections", "unseen")
-
-
-def verification_csv(rows: Iterable[Verification]) -> str:
-    """The rows as CSV."""
-    sink = StringIO()
-    writer = csv.writer(sink, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([getattr(row, name) for name in COLUMNS] for row in rows)
-    return sink.getvalue()
-
-
-def verification_markdown(rows: Iterable[Verification]) -> str:
-    """The rows as a table with its rates."""
-    lines = ["| Event | Hits | Misses | False alarms | Correct rejections | Unseen | Hit rate | False-alarm rate |"]
-    lines.append("|---|---:|---:|---:|---:|---:|---:|---:|")
-    for row in rows:
-        counts = " | ".join(str(getattr(row, name)) for name in COLUMNS[1:])
-        lines.append(f"| {row.event} | {counts} | {_share(row.hit_rate)} | {_share(row.false_alarm_rate)} |")
-    return "\n".join(lines) + "\n\nA hit is a wrong claim that was rejected, a false alarm a right one.\n"
-
-
-def _share(rate: float | None) -> str:
-    return "-" if rate is None else f"{rate:.0%}"

@@ -115,7 +115,8 @@ def print_report(path: Path, out: Path | None, formats: Sequence[str]) -> list[P
 def _print_tables(paper: Console, records: list[Record]) -> None:
     """What papers tell of such a run, and where its time went."""
     from teleop_sim.reports.drc_show import crew_lines, is_drc
-    from teleop_sim.reports.table import rich_shares, where_time_went
+    from teleop_sim.reports.shares import where_time_went
+    from teleop_sim.reports.terminal import rich_shares
 
     if is_drc(records):
         _print_times(paper, records)
@@ -127,14 +128,15 @@ def _print_tables(paper: Console, records: list[Record]) -> None:
 
 
 def _print_times(paper: Console, records: list[Record]) -> None:
-    from teleop_sim.reports.drc_show import rich_times
+    from teleop_sim.reports.terminal import rich_times
 
     times = rich_times(records)
     paper.print(times if _fits(paper, times) else _plain_ruled(rich_times(records, narrow=True)))
 
 
 def _print_states(paper: Console, records: list[Record]) -> None:
-    from teleop_sim.reports.table import rich_table, state_table
+    from teleop_sim.reports.table import state_table
+    from teleop_sim.reports.terminal import rich_table
 
     rows = state_table([records])
     states = rich_table(rows)
@@ -146,7 +148,8 @@ def _print_states(paper: Console, records: list[Record]) -> None:
 
 
 def _print_ledger(paper: Console, records: list[Record]) -> None:
-    from teleop_sim.reports.ledger import ledger, message_ledger, rich_ledger
+    from teleop_sim.reports.ledger import ledger, message_ledger
+    from teleop_sim.reports.terminal import rich_ledger
 
     for rows, messages in ((message_ledger(records), True), (ledger(records), False)):
         if rows:

@@ -18,9 +18,11 @@ from teleop_sim.core.records import (
 )
 from teleop_sim.reports.captions import crew, settings, task
 from teleop_sim.reports.drc_marks import MARKS, Mark, counts, laid_anew, marks
-from teleop_sim.reports.drc_show import crew_lines, is_drc, rich_times, times_json
+from teleop_sim.reports.drc_show import crew_lines, is_drc, times_json
 from teleop_sim.reports.lanes import shown_names, state_bars
-from teleop_sim.reports.table import markdown_text, state_table
+from teleop_sim.reports.run_tables import state_sheet
+from teleop_sim.reports.table import state_table
+from teleop_sim.reports.terminal import rich_times
 from teleop_sim.reports.timeline_layers import draw_layers
 
 SCENARIO = """
@@ -186,7 +188,8 @@ def test_states_of_machines_in_machines_that_took_no_time_have_no_row():
 
 
 def test_the_states_of_another_machine_have_no_columns_of_the_wpi_paper():
-    text = markdown_text(state_table([RUN]))
-    assert "paper" not in text
-    assert "| Arm/Grasp | 100 | - | - | 0 | 58.0 |" in text
-    assert "paper" in markdown_text(state_table([[left(0.0, 5.0, "STATE_DETECT_PANEL_COARSE")]]))
+    sheet = state_sheet(state_table([RUN]))
+    assert not any(c.name.startswith("paper") for c in sheet.columns)
+    assert ("Arm/Grasp", 100.0, 0.0, 0.0, 0, 58.0) in sheet.rows
+    theirs = state_sheet(state_table([[left(0.0, 5.0, "STATE_DETECT_PANEL_COARSE")]]))
+    assert theirs.columns[-1].name == "paper_time_s"

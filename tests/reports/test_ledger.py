@@ -10,15 +10,11 @@ from teleop_sim.channel.counters import WAITS
 from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.core.records import MessageEnded, PacketEnded, Record, RunEnded
-from teleop_sim.reports.ledger import (
-    ALL,
-    MESSAGES_NOTE,
-    ledger,
-    ledger_csv,
-    ledger_markdown,
-    message_ledger,
-    rich_ledger,
-)
+from teleop_sim.reports.formats.csv import csv as csv_bytes
+from teleop_sim.reports.formats.markdown import markdown
+from teleop_sim.reports.ledger import ALL, ledger, message_ledger
+from teleop_sim.reports.run_ledger import MESSAGES_NOTE, NOTE, rows_sheet
+from teleop_sim.reports.terminal import rich_ledger
 
 
 def traffic() -> tuple[list[Record], dict[str, Direction]]:
@@ -63,18 +59,25 @@ def test_the_ledger_is_what_the_link_counted() -> None:
 def test_the_files_say_the_same() -> None:
     records, _ = traffic()
     rows = ledger(records)
-    read = list(csv.DictReader(ledger_csv(rows).splitlines()))
-    assert len(read) == len(rows) == ledger_markdown(rows).count("\n|") - 1
+    sheet = rows_sheet(rows, "packets", "bits", NOTE)
+    data, text = csv_bytes(sheet), markdown(sheet)
+    assert data is not None
+    assert text is not None
+    read = list(csv.DictReader(data.decode().splitlines()))
+    assert len(read) == len(rows) == text.decode().count("\n|") - 1
     for line, row in zip(read, rows, strict=True):
         assert int(line["offered"]) == int(line["delivered"]) + int(line["dropped"]) + int(line["in_flight"])
         assert (line["topic"], line["reasons"]) == (row.topic, row.reasons)
-        assert [float(line[wait]) for wait in WAITS] == [getattr(row.counts, wait) for wait in WAITS]
+        assert [float(line[f"mean_{wait}"]) for wait in WAITS] == [row.mean_s(wait) for wait in WAITS]
+    for direction in ("up", "down"):
+        shares = [float(line["share_pct"]) for line in read if line["direction"] == direction and line["topic"] != ALL]
+        assert sum(shares) == pytest.approx(100.0)
     assert rich_ledger(rows).row_count == rich_ledger(rows, narrow=True).row_count == len(rows)
 
 
 def test_a_run_without_packets_has_an_empty_ledger() -> None:
     assert ledger([RunEnded(1.0, "censored", "", 1.0, 0, 0)]) == []
-    assert ledger_csv([]).count("\n") == 1
+    assert rows_sheet([], "packets", "bits", "").rows == ()
 
 
 def test_packets_of_the_log_alone_are_enough(make_run) -> None:
@@ -111,5 +114,5 @@ def test_messages_have_a_ledger_of_their_own_where_they_are_logged(make_run) -> 
     ]
     assert (rows[0].mean_s("retransmission_s"), rows[0].mean_s("propagation_s")) == (12.0, 10.0)
     assert rows[0].counts.delivered_bits == 2 * 8 * 18
-    assert ledger_markdown(rows, MESSAGES_NOTE).endswith(f"{MESSAGES_NOTE}\n")
+    assert rows_sheet(rows, "messages", "bits", MESSAGES_NOTE).note == MESSAGES_NOTE
     assert rich_ledger(rows, messages=True).title == "Messages by topic"

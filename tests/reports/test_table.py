@@ -22,8 +22,11 @@ from teleop_sim.core.records import (
     Waited,
 )
 from teleop_sim.reports import table
+from teleop_sim.reports.formats.csv import csv as csv_bytes
 from teleop_sim.reports.intervals import both, length_s, minus, union
+from teleop_sim.reports.run_tables import state_sheet
 from teleop_sim.reports.shares import SHARES
+from teleop_sim.reports.terminal import rich_shares, rich_table
 
 STARTED = RunStarted(0.0, "src-dish", "", 1, 0, 1800.0, "")
 FIX, GRASP, SEEK, YAW = (
@@ -123,30 +126,37 @@ def test_the_paper_figures_add_up_to_its_sum():
 
 def test_every_way_to_write_the_table_shows_the_same_rows():
     rows = table.state_table([LOST_GRIP])
-    parsed = list(csv.DictReader(StringIO(table.csv_text(rows))))
+    sheet = state_sheet(rows)
+    parsed = list(csv.DictReader(StringIO(csv_bytes(sheet).decode())))
     assert [line["state"] for line in parsed] == [r.name for r in rows]
     assert [float(line["time_s"]) for line in parsed] == [r.time_s for r in rows]
     assert [line["paper_time_s"] for line in parsed][:2] == ["", "13.3"]
     console = Console(width=120, record=True, file=StringIO())
-    console.print(table.rich_table(rows), table.rich_shares(table.where_time_went(LOST_GRIP)))
-    shown, markdown = console.export_text(), table.markdown_text(rows)
+    console.print(rich_table(rows), rich_shares(table.where_time_went(LOST_GRIP)))
+    shown = console.export_text()
     for r in rows:
         assert r.name in shown
-        assert f"| {r.name} |" in markdown
-    assert len({line.count("|") for line in markdown.splitlines() if line.startswith("|")}) == 1
-    assert "Redetection" in markdown
+    assert "Redetection" in shown
+    assert "Redetection" in sheet.note
+    assert sheet.total[0] == "Sum"
+
+
+def test_a_mean_of_several_runs_says_how_many_came_there():
+    several = state_sheet(table.state_table([LOST_GRIP, LOST_GRIP]))
+    assert [c.name for c in several.columns][1] == "runs"
+    assert {row[1] for row in several.rows} == {2}
 
 
 def test_nothing_gives_an_empty_table():
     assert table.state_table([]) == []
     assert table.state_table([[STARTED]]) == []
-    assert "Sum" in table.markdown_text([])
-    Console(file=StringIO()).print(table.rich_table([]), table.rich_shares(table.where_time_went([])))
+    assert state_sheet([]).rows == ()
+    Console(file=StringIO()).print(rich_table([]), rich_shares(table.where_time_went([])))
 
 
 def test_the_narrow_table_fits_forty_columns_with_its_figures_whole():
     console = Console(width=40, record=True, file=StringIO())
-    made = table.rich_table(table.state_table([LOST_GRIP]), narrow=True)
+    made = rich_table(table.state_table([LOST_GRIP]), narrow=True)
     made.box, made.padding, made.pad_edge = None, (0, 1, 0, 0), False
     console.print(made)
     text = console.export_text()

@@ -5,7 +5,11 @@ import math
 import pytest
 
 from teleop_sim.core.records import Claimed, Judged
-from teleop_sim.reports.verification import verification, verification_csv, verification_markdown
+from teleop_sim.log.load import load
+from teleop_sim.log.writer import LogWriter
+from teleop_sim.reports.run_tables import verification_sheet
+from teleop_sim.reports.run_view import Run
+from teleop_sim.reports.verification import verification
 
 
 def claimed(picture: int, *errors_m: float, what: str = "yaw_handle", event: str = "/FIXED_HANDLE") -> list[Claimed]:
@@ -43,8 +47,11 @@ def test_where_nothing_is_judged_there_is_no_table():
     assert verification(claimed(1, 0.5)) == []
 
 
-def test_a_table_in_both_forms():
-    rows = verification(RECORDS)
-    assert verification_csv(rows).splitlines()[-1] == "all,2,1,1,3,1"
-    assert "| all | 2 | 1 | 1 | 3 | 1 | 67% | 25% |" in verification_markdown(rows)
-    assert verification(RECORDS[-3:-1]) != []
+def test_its_table_has_the_counts_and_the_rates(tmp_path):
+    writer = LogWriter(tmp_path / "judged.mcap")
+    for record in RECORDS:
+        writer.write(record)
+    writer.close()
+    sheet = verification_sheet(Run(load(tmp_path / "judged.mcap")))
+    assert sheet is not None
+    assert sheet.rows[-1] == ("all", 2, 1, 1, 3, 1, pytest.approx(2 / 3), 0.25)
