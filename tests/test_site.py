@@ -3,6 +3,7 @@
 import html
 import os
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
+from playwright.sync_api import sync_playwright
 
 import teleop_sim
 from teleop_sim.cli_commands import app
@@ -23,6 +25,7 @@ LOADING = {
     ("use", "href"), ("image", "href"), ("video", "poster"), ("video", "src"),
 }  # fmt: skip
 """Attributes whose address a browser fetches by itself; those of ``a`` it only follows."""
+OWN = ("file:", "data:", "blob:")
 ELSEWHERE = re.compile(r"^\s*(?:https?:)?//", re.IGNORECASE)
 
 
@@ -74,6 +77,45 @@ def test_no_style_loads_anything_from_another_host(site):
         text = sheet.read_text(encoding="utf-8")
         found = re.findall(r"""(?:url\(|@import)\s*["']?\s*((?:https?:)?//[^"')\s]+)""", text)
         assert found == [], sheet.name
+
+
+@pytest.fixture(scope="module")
+def browser():
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    assert found, "no chromium on the path: install the system's (Debian: apt-get install chromium)"
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page 400 pixels wide in a browser without a network; what it complains of and asks for is an error."""
+    context = browser.new_context(viewport={"width": 400, "height": 800}, offline=True)
+    page, wrong = context.new_page(), []
+    page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on(
+        "request", lambda asked: None if asked.url.startswith(("file:", "data:", "blob:")) else wrong.append(asked.url)
+    )
+    yield page
+    context.close()
+    assert wrong == []
+
+
+def test_every_page_opens_from_disk_and_fits_a_telephone(site, page):
+    for file in sorted(site.rglob("*.html")):
+        if file.name != "404.html":
+            page.goto(file.as_uri())
+            assert page.evaluate("document.documentElement.scrollWidth") <= 400, file.name
+
+
+def test_the_search_works_from_disk(site, page):
+    page.goto((site / "link.html").as_uri())
+    page.click("label[for=__search]")
+    page.locator("input.md-search__input").press_sequentially("blackout")
+    page.wait_for_selector(".md-search-result__item")
 
 
 def test_tables_and_lists_are_rendered_as_such(site):
