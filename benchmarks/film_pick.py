@@ -10,15 +10,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
-
-# First: it chooses EGL before mujoco is loaded.
-from film import sheet, soften  # isort: skip
 import mujoco
+import numpy as np
+from film import sheet, strip
 from pick_study import box_trial, plug_trial
-from PIL import Image, ImageDraw
 
 from teleop_sim.robot.robots import ROBOTS
+from teleop_sim.world.drawing import Painter, View
 from teleop_sim.world.plant import TICK_S, Plant
 
 VIEWS_DEG = (130.0, 225.0)
@@ -38,38 +36,25 @@ class Filmed(Plant):
 FILMED: list[Filmed] = []
 
 
-def strip(renderer: mujoco.Renderer, plant: Plant, words: str) -> Image.Image:
-    """One instant from all views."""
-    option = mujoco.MjvOption()
-    option.sitegroup[:] = 0
-    pictures = []
-    for azimuth in VIEWS_DEG:
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = plant.data.body(1).xpos * [1.0, 1.0, 0.0] + [0.2, 0.0, 0.9]
-        camera.distance, camera.azimuth, camera.elevation = 2.4, azimuth, -15.0
-        renderer.update_scene(plant.data, camera, option)
-        pictures.append(Image.fromarray(renderer.render()))
-    whole = Image.new("RGB", (sum(p.width for p in pictures), pictures[0].height))
-    for k, picture in enumerate(pictures):
-        whole.paste(picture, (k * picture.width, 0))
-    ImageDraw.Draw(whole).text((4, 4), words, fill=(255, 255, 0))
-    return whole
+def views(plant: Plant) -> list[View]:
+    """From ahead on the left and from behind."""
+    x, y, _ = plant.data.body(1).xpos.tolist()
+    return [View((x + 0.2, y, 0.9), np.radians(azimuth), np.radians(-15.0), 2.8) for azimuth in VIEWS_DEG]
 
 
 def filmed(robot: str, task: str, seed: int, error_m: float, every_s: float, size: int, out: Path) -> Path:
     FILMED.clear()
     trial = (box_trial if task == "box" else plug_trial)(robot, seed, error_m, plant=Filmed)
     plant = FILMED[0]
-    soften(plant)
-    renderer = mujoco.Renderer(plant.model, size, size)
     strips = []
-    for k in range(0, len(plant.taken), round(every_s / TICK_S)):
-        plant.data.qpos[:] = plant.taken[k]
-        mujoco.mj_forward(plant.model, plant.data)
-        strips.append(strip(renderer, plant, f"{robot} {k * TICK_S:.1f} s, in the end {trial.step}: {trial.outcome}"))
-    renderer.close()
+    with Painter(plant, size, size) as painter:
+        for k in range(0, len(plant.taken), round(every_s / TICK_S)):
+            plant.data.qpos[:] = plant.taken[k]
+            mujoco.mj_forward(plant.model, plant.data)
+            words = f"{robot} {k * TICK_S:.1f} s, in the end {trial.step}: {trial.outcome}"
+            strips.append(strip(painter, views(plant), words))
     target = out / f"pick_{task}_{robot}_{seed}.png"
-    sheet(strips, 4).save(target)
+    sheet(strips).save(target)
     return target
 
 

@@ -10,18 +10,18 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
-
-# First: it chooses EGL before mujoco is loaded.
-from film import sheet, shoot, soften  # isort: skip
-import mujoco
+from film import ON_A_SHEET, due, sheet, strip
 from walk_study import disturbances_of, goal_of, ranges_of
 
+from teleop_sim.replay.cameras import behind, beside
+from teleop_sim.replay.scene import Scene
+from teleop_sim.replay.track import Track
 from teleop_sim.robot.body import Body
 from teleop_sim.robot.commands import Walk
 from teleop_sim.robot.episode import NoiseKey, perform
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.world.bare import BareFloor
+from teleop_sim.world.drawing import Painter
 from teleop_sim.world.plant import Plant
 
 
@@ -32,18 +32,16 @@ def walked(robot: str, seed: int, every_s: float, size: int, out: Path) -> Path:
     plant = Plant(spec.model, BareFloor(), disturbances=what)
     body = Body(spec, plant)
     episode = perform(body, Walk((goal,)), body.standing(), NoiseKey(seed, 0, 1))
-    soften(plant)
-    renderer = mujoco.Renderer(plant.model, size, size)
-    seen, strips, due_s = episode.samples, [], 0.0
-    columns = ["t_s", *(f"pelvis{i}" for i in range(7)), *plant.joint_names]
-    for t_s, pelvis, joints in zip(seen.t_s, seen.pelvis, seen.joints, strict=True):
-        if t_s >= due_s - 1e-6:
-            sample = np.concatenate([[t_s], pelvis, joints])
-            strips.append(shoot(renderer, plant, sample, columns, f"{robot} {t_s:.1f} s {episode.outcome}", False))
-            due_s = t_s + every_s
-    renderer.close()
+    seen = episode.samples
+    scene, strips = Scene(plant, Track(plant.joint_names, seen.t_s, seen.pelvis, seen.joints)), []
+    with Painter(plant, size, size) as painter:
+        for t_s in due(seen.t_s.tolist(), every_s):
+            scene.at(t_s)
+            strips.append(
+                strip(painter, (behind(scene, t_s), beside(scene, t_s)), f"{robot} {t_s:.1f} s {episode.outcome}")
+            )
     target = out / f"walk_{robot}_{seed}.png"
-    sheet(strips[:24], 4).save(target)
+    sheet(strips[:ON_A_SHEET]).save(target)
     return target
 
 

@@ -15,14 +15,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-# First: it chooses EGL before mujoco is loaded.
-from film import heading, sheet, soften  # isort: skip
 import affordance_study
 import crank_study
 import mujoco
+import numpy as np
 import pick_study
+from film import sheet
 from PIL import Image, ImageDraw
 
 from teleop_sim.robot.body import Body, RobotState
@@ -30,6 +28,8 @@ from teleop_sim.robot.commands import Command, Detect, Look, Nudge, Posture, Sca
 from teleop_sim.robot.episode import Episode, NoiseKey, perform
 from teleop_sim.robot.robots import ROBOTS
 from teleop_sim.robot.skill import Tick
+from teleop_sim.world.drawing import Painter, View
+from teleop_sim.world.plant import Plant
 
 NEAR = ("reach", "grip", "follow", "release", "act", "pick", "insert", "nudge", "place")
 """Skills of the hands: looked at from near."""
@@ -120,36 +120,27 @@ def boxes(robot: str, seed: int) -> None:
     pick_study.plug_trial(robot, seed, 0.0)
 
 
-def view(qpos: np.ndarray, near: bool) -> mujoco.MjvCamera:
+def view(plant: Plant, near: bool) -> View:
     """From ahead and aside of the robot, at the height of what it does."""
-    made = mujoco.MjvCamera()
-    tall_m = float(qpos[2])
-    made.lookat[:] = qpos[:3]
-    made.lookat[2] += 0.12 * tall_m
-    yaw = heading(qpos[3:7])
-    if near:
-        made.lookat[:2] += 0.35 * np.array([math.cos(yaw), math.sin(yaw)])
-    made.azimuth, made.elevation = math.degrees(yaw) + (128.0 if near else 140.0), -22.0 if near else -12.0
-    made.distance = (2.0 if near else 3.3) * max(tall_m, 0.65)
-    return made
+    pelvis = plant.data.body(1)
+    forward, (x, y, tall_m) = pelvis.xmat.reshape(3, 3)[:, 0], pelvis.xpos.tolist()
+    yaw, ahead_m = math.atan2(forward[1], forward[0]), 0.35 if near else 0.0
+    return View(
+        (x + ahead_m * math.cos(yaw), y + ahead_m * math.sin(yaw), 1.12 * tall_m),
+        yaw + math.radians(128.0 if near else 140.0),
+        math.radians(-22.0 if near else -12.0),
+        (2.0 if near else 3.3) * max(tall_m, 0.65),
+    )
 
 
 def picture(shot: Shot, size: int) -> Image.Image:
     """The shot at its time."""
     plant, skill = shot.body.plant, shot.name.split(" ")[0]
-    soften(plant)
-    if plant.model.nlight == 0:
-        plant.model.vis.headlight.ambient[:] = 0.45
-        plant.model.vis.headlight.diffuse[:] = 0.6
     at = min(int(WHEN.get(skill, 0.67) * len(shot.positions)), len(shot.positions) - 1)
     plant.data.qpos[:] = shot.positions[at]
     mujoco.mj_forward(plant.model, plant.data)
-    option = mujoco.MjvOption()
-    option.sitegroup[:] = 0
-    renderer = mujoco.Renderer(plant.model, size, size)
-    renderer.update_scene(plant.data, view(shot.positions[at], skill in NEAR), option)
-    drawn = Image.fromarray(renderer.render())
-    renderer.close()
+    with Painter(plant, size, size) as painter:
+        drawn = Image.fromarray(painter.draw(view(plant, skill in NEAR)))
     pen = ImageDraw.Draw(drawn)
     for line, text in enumerate((shot.name, shot.words)):
         pen.text((6, 4 + 14 * line), text, fill=(255, 255, 0), stroke_width=1, stroke_fill=(0, 0, 0))

@@ -30,11 +30,11 @@ class Scene:
 
     """
 
-    def __init__(self, plant: Plant, track: Track, site: Site) -> None:
+    def __init__(self, plant: Plant, track: Track, site: Site | None = None) -> None:
         self.plant, self.track = plant, track
         self._puppet = Puppet(plant, track.names)
         self.at(float(track.t_s[0]))
-        self.thing = thing_of(site, plant)
+        self.thing = None if site is None else thing_of(site, plant)
         self.tall_m = self._puppet.height_m()
 
     @staticmethod

@@ -71,7 +71,8 @@ class Window:
         self._handle.sync()
 
     def close(self) -> None:
-        """Close it, and wait until it is gone: OpenGL taken away under a thread that draws crashes Python at its end."""
+        """Close it, and wait until it is gone."""
+        # Python's end takes OpenGL away: a thread that still drew would crash the process.
         self._handle.close()
         for thread in self._threads:
             thread.join(CLOSES_S)
