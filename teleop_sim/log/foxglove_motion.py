@@ -2,7 +2,7 @@
 
 A message holds one transform for each frame that can move, always the same ones, so that all messages of a run have
 the same bytes but for times and numbers. Numbers are rounded to 2^-20 (1e-6 m, or of a quaternion's component), which
-leaves zeros for the compressor: it halves what motion adds to a log, and moves no link by 1e-5 m (a test).
+leaves zeros for the compressor: it halves what motion adds to a log, and moves no link by 4e-5 m (a test).
 
 Times are written as varints of five bytes whatever their value, which every reader must take.
 
