@@ -8,7 +8,7 @@ import teleop_sim
 
 NAMES_HEAD = """# Python
 
-`import teleop_sim` is cheap: each name is loaded when it is first used. The command line calls nothing else.
+`import teleop_sim` is cheap: each name is loaded when it is first used.
 
 ```python
 from pathlib import Path

@@ -45,7 +45,7 @@ def _section(name: str, command: Any) -> str:
     parts = [head, f"```text\n{usage}\n```"]
     if wanted:
         rows = [f"| {_names(p)} | {_cell(p.help or '')} | {_default(p)} |" for p in wanted]
-        parts.append("\n".join(["| | | Default |", "|---|---|---|", *rows]))
+        parts.append("\n".join(["| Argument | Meaning | Default |", "|---|---|---|", *rows]))
     return "\n\n".join(parts)
 
 
