@@ -9,6 +9,7 @@
     ├── BadMessage (ValueError)    bytes or text that are no message          (channel/codec.py)
     ├── BadSnapshot (ValueError)   bytes that are no state of a machine       (machines/sync.py)
     ├── BadPatch (ValueError)      a change that a machine cannot take        (machines/modify.py)
+    ├── CannotDraw (RuntimeError)  no OpenGL or no display here               (world/drawing.py)
     └── LinkClosed (RuntimeError)  something was sent after the run's end     (channel/link.py)
 
 Every field is in ``args``: SimPy rebuilds a failed event's exception as ``type(e)(*e.args)`` and so does pickle.
