@@ -75,7 +75,8 @@ def _style(more: Mapping[str, Any]) -> Iterator[None]:
     with mpl.rc_context():
         # Whatever the user has set up must not change the bytes.
         mpl.rcdefaults()
-        mpl.rcParams.update({**_SHARED, "axes.prop_cycle": cycler(color=COLOURS), **more})
+        values: dict[Any, Any] = {**_SHARED, "axes.prop_cycle": cycler(color=COLOURS), **more}
+        mpl.rcParams.update(values)
         yield
 
 

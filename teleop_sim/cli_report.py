@@ -83,7 +83,7 @@ def path_problems(path: Path) -> list[Problem]:
         return []
     logs = sorted(p for p in path.iterdir() if p.name.endswith((".mcap", ".mcap.part")))
     which = f"Give one of its logs, such as {logs[0]}." if logs else "Give a log or a sweep's directory."
-    what = f"is a directory with {len(logs)} logs and no {JOURNAL}"
+    what = f"is a directory of {len(logs)} logs without {JOURNAL}"
     return [Problem(str(path), what, which)]
 
 

@@ -34,6 +34,8 @@ _STYLES = ("page.css", "tables.css", "timeline.css")
 _JOINT = re.compile(r"(?<=[/_])(?=\w)")
 _LONG = 16
 """Characters up to which a cell stays in one line (a choice of layout)."""
+_TEXT = 36
+"""Characters from which a cell is a sentence, which wants room on a narrow screen (a choice of layout)."""
 
 
 @dataclass(frozen=True)
@@ -145,12 +147,12 @@ def _picture(picture: Picture) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class _Td:
-    """A cell: as shown, the number to sort by (empty: the text), and where it leads."""
+    """A cell: as shown, the number to sort by (empty: the text), where it leads, and its class."""
 
     text: Markup
     value: str
     link: str
-    right: bool
+    look: str
 
 
 def _sheet(sheet: Sheet) -> Mapping[str, Any]:
@@ -176,7 +178,8 @@ def _td(column: Column, cell: Cell, right: bool, link: str) -> _Td:
     value = f"{cell:.7g}" if number else ""
     # An address of our own making leads to a file beside the page, never elsewhere.
     inside = link if link and not urlsplit(link).scheme and not link.startswith("/") else ""
-    return _Td(_broken(text), value if value != text else "", inside, right)
+    look = "n" if right else "t" if len(text) > _TEXT else ""
+    return _Td(_broken(text), value if value != text else "", inside, look)
 
 
 def _broken(text: str) -> Markup:

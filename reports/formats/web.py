@@ -15,6 +15,10 @@ _UNWANTED = frozenset(f"{{{_SVG}}}{name}" for name in ("metadata", "script", "fo
 _NEUTRAL = re.compile("|".join(NEUTRALS), re.IGNORECASE)
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 _HEX = re.compile("#[0-9a-fA-F]{6}")
+_TEXTS = frozenset(f"{{{_SVG}}}{name}" for name in ("text", "tspan"))
+_TEXT_FILL = re.compile("fill: (#[0-9a-fA-F]{6})")
+_GREY = 48
+"""Spread of red, green and blue up to which a colour is a grey: a text of that is chosen for its ground."""
 _FAMILY = re.compile(r"'[^']*'(, *(?:'[^']*'|[\w-]+))*")
 _COLOURED = ("style", "fill", "stroke")
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
@@ -92,7 +96,20 @@ def _recolour(element: ElementTree.Element) -> None:
         value = element.attrib.get(name)
         if value is not None:
             value = _NEUTRAL.sub(lambda found: NEUTRALS[found[0].lower()], value)
-            element.set(name, _FAMILY.sub("var(--sans)", value) if "font" in value else value)
+            value = _FAMILY.sub("var(--sans)", value) if "font" in value else value
+            element.set(name, _TEXT_FILL.sub(_mixed, value) if element.tag in _TEXTS else value)
+
+
+def _mixed(fill: re.Match[str]) -> str:
+    """A text in the colour of its data goes nearer to ink, so that it can be read on light and on dark."""
+    parts = _parts(fill[1])
+    grey = max(parts) - min(parts) <= _GREY
+    return fill[0] if grey else f"fill: color-mix(in srgb, {fill[1]} 55%, var(--ink))"
+
+
+def _parts(colour: str) -> list[int]:
+    """Red, green and blue of ``#rrggbb``, from 0 to 255."""
+    return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 
 def _rounded(number: re.Match[str]) -> str:
@@ -105,7 +122,7 @@ def legible(colour: str) -> str:
 
     Contrast as in WCAG 2.2: (1 + 0.05) / (relative luminance + 0.05).
     """
-    parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+    parts = _parts(colour)
     while 1.05 / (_luminance(parts) + 0.05) < _LEGIBLE:
         parts = [int(0.95 * part) for part in parts]
     return "#" + "".join(f"{part:02x}" for part in parts)

