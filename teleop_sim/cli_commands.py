@@ -14,6 +14,7 @@ from teleop_sim.cli_channel import channel_app
 from teleop_sim.cli_complete import complete_scenario
 from teleop_sim.cli_errors import BAD_INPUT, DONE, errors_shown
 from teleop_sim.cli_io import say, warn
+from teleop_sim.cli_log import log_app
 from teleop_sim.cli_machines import machines_app
 from teleop_sim.cli_report import report
 from teleop_sim.cli_replay import replay
@@ -36,6 +37,7 @@ scenarios_app = typer.Typer(no_args_is_help=True, help="List, show and check sce
 app.add_typer(scenarios_app, name="scenarios")
 app.add_typer(channel_app, name="channel")
 app.add_typer(machines_app, name="machines")
+app.add_typer(log_app, name="log")
 app.command()(run)
 app.command()(report)
 app.command()(replay)

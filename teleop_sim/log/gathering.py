@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from teleop_sim.core.errors import LogDamaged, Problem
+from teleop_sim.log.found import Block, Scan
 from teleop_sim.log.loops import Longs, compiled, gather
 from teleop_sim.log.opening import kinds_of, open_scan
-from teleop_sim.log.scan import BLOCK_BYTES, Block, Scan
+from teleop_sim.log.scan import BLOCK_BYTES
 from teleop_sim.log.store import Kind, Messages
 
 BULK = frozenset({"field/plant"})

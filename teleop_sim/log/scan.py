@@ -11,15 +11,13 @@ from __future__ import annotations
 
 import os
 import struct
-import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from io import BytesIO
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import zstandard
@@ -29,83 +27,15 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from teleop_sim.log.loops import MESSAGE_BYTES, PASSED_OVER, UNKNOWN, Bytes, Longs, compiled, walk
+from teleop_sim.log.found import Block, Scan
+from teleop_sim.log.loops import MESSAGE_BYTES, PASSED_OVER, UNKNOWN, Bytes, Longs, compiled, gather, walk
+from teleop_sim.log.unpack import claimed_bytes, unpack
 
-CHUNK_LIMIT_BYTES = 1 << 30  # assumed: a damaged length must not fill the memory
 BLOCK_BYTES = 1 << 23  # assumed: chunks are unpacked together up to so much, which costs little and bounds what is lost
 
 RECORD = struct.Struct("<BQ")
-CHUNK = struct.Struct("<QQQII")
 BATCH_BYTES = 1 << 20  # assumed: a processor's cache holds it; unpacked and walked through by one thread
 _THREADS_FROM_BYTES = 1 << 21  # assumed: less is read before threads have begun
-_UNSIGNED = 2**64 - 1
-
-
-@dataclass(frozen=True)
-class RawMessage:
-    """One message as stored: topic, sequence number, time [ns], the file's schema id and the encoded record."""
-
-    topic: str
-    schema_id: int
-    sequence: int
-    time_ns: int
-    data: bytes
-
-
-@dataclass(frozen=True)
-class Block:
-    """Bytes of some chunks, and where the messages in them are.
-
-    Attributes:
-        data: the chunks' records.
-        notes: five rows, a column a message: place of topic and schema in ``Scan.kinds``, time [ns] (unsigned),
-            sequence, start and size of the encoded record.
-
-    """
-
-    data: Bytes
-    notes: Longs
-
-    @property
-    def kinds(self) -> Longs:
-        """Of each message, the place of its topic and schema in ``Scan.kinds``."""
-        row: Longs = self.notes[0]
-        return row
-
-    @property
-    def times_ns(self) -> Longs:
-        """Of each message, its time [ns]."""
-        row: Longs = self.notes[1]
-        return row
-
-
-@dataclass
-class Scan:
-    """What a file holds.
-
-    Attributes:
-        schemas: schema id to (name of the message type, its declaration).
-        channels: channel id to (topic, schema id).
-        kinds: the topics and schema ids that were asked for, by number.
-        blocks: all messages of these that are whole, in file order.
-        whole: the file's end was reached; otherwise it is cut or damaged after the last message.
-
-    """
-
-    schemas: dict[int, tuple[str, bytes]] = field(default_factory=dict)
-    channels: dict[int, tuple[str, int]] = field(default_factory=dict)
-    kinds: list[tuple[str, int]] = field(default_factory=list)
-    blocks: list[Block] = field(default_factory=list)
-    whole: bool = False
-
-    @property
-    def messages(self) -> Iterator[RawMessage]:
-        """The messages one by one."""
-        for block in self.blocks:
-            for kind, time_ns, sequence, start, size in block.notes.T.tolist():
-                data = block.data[start : start + size].tobytes()
-                topic, schema_id = self.kinds[kind]
-                yield RawMessage(topic, schema_id, sequence, time_ns & _UNSIGNED, data)
 
 
 class Cut(Exception):
@@ -114,21 +44,6 @@ class Cut(Exception):
 
 def _all(_topic: str) -> bool:
     return True
-
-
-def read_file(path: Path) -> memoryview:
-    """A file's bytes. They lie in an array, because numpy asks for large pages, which are there sooner.
-
-    Raises:
-        OSError: it cannot be read.
-
-    """
-    with path.open("rb", buffering=0) as stream:
-        place = np.empty(os.fstat(stream.fileno()).st_size, dtype=np.uint8).data
-        at = 0
-        while at < len(place) and (more := stream.readinto(place[at:])):
-            at += more
-        return place[:at]
 
 
 def scan(data: bytes | memoryview, wanted: Callable[[str], bool] = _all) -> Scan:
@@ -208,14 +123,6 @@ def _grouped(found: Iterator[_Record]) -> Iterator[list[_Record]]:
         yield group
 
 
-def claimed_bytes(content: memoryview) -> int:
-    """The size that a chunk says its records have; 0 where that cannot be right."""
-    if len(content) < CHUNK.size:
-        return 0
-    size = int(CHUNK.unpack_from(content)[2])
-    return size if size <= CHUNK_LIMIT_BYTES else 0
-
-
 class _Walker:
     """Notes messages, chunk after chunk, by what the file has declared so far."""
 
@@ -224,11 +131,14 @@ class _Walker:
         self._wanted = wanted
         self._pool = pool
         self._keys: Longs = np.full(1 << 16, UNKNOWN, dtype=np.int64)
+        self._scratch: Bytes = np.empty(0, dtype=np.uint8)
 
     def take_chunks(self, contents: list[memoryview]) -> None:
         """Note what is in some chunks; those before the first damaged one."""
         ends = np.cumsum([claimed_bytes(content) for content in contents])
-        data, parts = np.empty(int(ends[-1]), dtype=np.uint8), _batches(ends)
+        size = int(ends[-1])
+        data = self._scratch if len(self._scratch) >= size else np.empty(max(size, len(self._scratch)), dtype=np.uint8)
+        self._scratch, parts = data, _batches(ends)
         noted: list[Longs] = []
         try:
             # The first one declares, as a rule, what the others need.
@@ -238,8 +148,7 @@ class _Walker:
                 for batch, done in zip(batches, (self._pool.map if self._pool else map)(work, batches), strict=True):
                     self._take(data, ends[batch], batch.start and ends[batch.start - 1], keys, done, noted)
         finally:
-            if sum(notes.shape[1] for notes in noted):
-                self.found.blocks.append(Block(data, np.concatenate(noted, axis=1)))
+            self._keep(data, np.concatenate([_room(0)[:, :0], *noted], axis=1))
 
     def take_loose(self, group: list[_Record]) -> None:
         """Note what is outside of chunks."""
@@ -252,6 +161,19 @@ class _Walker:
         finally:
             if noted and noted[0].shape[1]:
                 self.found.blocks.append(Block(place, noted[0]))
+
+    def _keep(self, data: Bytes, notes: Longs) -> None:
+        """Keep a block; where most of it was not asked for, only what was: views are nine tenths of a log's bytes."""
+        wanted = int(notes[4].sum())
+        if not notes.shape[1]:
+            return
+        if wanted < len(data) // 2:
+            kept, offsets = np.empty(wanted, dtype=np.uint8), np.zeros(notes.shape[1] + 1, dtype=np.int32)
+            compiled(gather)(data, notes[3], notes[4], kept, offsets)
+            data, notes[3] = kept, offsets[:-1]
+        else:
+            self._scratch = np.empty(0, dtype=np.uint8)
+        self.found.blocks.append(Block(data, notes))
 
     def _take(self, data: Bytes, ends: Longs, at: int, keys: Longs, done: _Done, noted: list[Longs]) -> None:
         """What was done ahead holds if nothing was declared meanwhile; else it is done again, in order."""
@@ -334,42 +256,3 @@ def _batches(ends: Longs) -> list[slice]:
     groups = np.searchsorted(ends, np.arange(BATCH_BYTES, int(ends[-1]) + BATCH_BYTES, BATCH_BYTES))
     edges = np.unique([0, *np.minimum(groups + 1, len(ends)), len(ends)]).tolist()
     return [slice(start, end) for start, end in pairwise(edges)]
-
-
-def unpack(content: memoryview, place: memoryview, unpacker: zstandard.ZstdDecompressor) -> bool:
-    """Unpack a chunk's records into a place of the size that they claim; false where anything is wrong with them.
-
-    Their checksum is checked, if the chunk has one.
-    """
-    if len(content) < CHUNK.size:
-        return False
-    _, _, size, crc, name_length = CHUNK.unpack_from(content)
-    start = CHUNK.size + name_length
-    name, packed = bytes(content[CHUNK.size : start]), content[start + 8 :]
-    if size != len(place) or not _decompress(name, packed, place, unpacker):
-        return False
-    return not crc or zlib.crc32(place) == crc
-
-
-def _decompress(name: bytes, packed: memoryview, place: memoryview, unpacker: zstandard.ZstdDecompressor) -> bool:
-    if name == b"" and len(packed) == len(place):
-        place[:] = packed
-        return True
-    if name != b"zstd":
-        return False
-    try:
-        # Streamed, for the frame's own claim of its size may be damaged.
-        with unpacker.stream_reader(packed) as stream:
-            return _filled(stream, place) and not stream.read(1)
-    except zstandard.ZstdError:
-        return False
-
-
-def _filled(stream: zstandard.ZstdDecompressionReader, place: memoryview) -> bool:
-    at = 0
-    while at < len(place):
-        more = stream.readinto(place[at:])
-        if not more:
-            return False
-        at += more
-    return True

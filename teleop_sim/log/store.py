@@ -12,8 +12,8 @@ from google.protobuf.message import DecodeError
 from teleop_sim.core.errors import LogDamaged
 from teleop_sim.core.records import RECORDS, Record
 from teleop_sim.log.columns import Column, Program, Stretch, columns_from, columns_of, program
+from teleop_sim.log.found import Block
 from teleop_sim.log.loops import Longs
-from teleop_sim.log.scan import Block
 from teleop_sim.log.schema import SCHEMAS, decoder
 from teleop_sim.log.tidy import free_fields
 
