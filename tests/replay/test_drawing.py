@@ -76,7 +76,7 @@ print(len(stills(load(sys.argv[1]), 64, 40)))
 """
 
 
-@pytest.mark.parametrize("backend", ["", "glfw", "egl", "disable"])
+@pytest.mark.parametrize("backend", ["", "disable"])
 def test_pictures_are_drawn_whatever_backend_mujoco_was_imported_with(dish, backend):
     done = python(DRAW, dish.log.path, **({"MUJOCO_GL": backend} if backend else {}))
     assert (done.returncode, done.stderr) == (0, "")
