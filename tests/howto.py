@@ -94,7 +94,7 @@ def copy_project(into: Path) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(source, target, follow_symlinks=False)
     # What numba has compiled lies beside its sources, and holds for a copy of the same age and size.
-    for compiled in ROOT.glob("teleop_sim/robot/__pycache__/*.nb?"):
+    for compiled in ROOT.glob("teleop_sim/*/__pycache__/*.nb?"):
         target = into / compiled.relative_to(ROOT)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(compiled, target)

@@ -28,11 +28,12 @@ Whatever happens in a run is one of these. The log derives its schemas from them
 
 GROUPS = {
     "Runs": ("load_scenario", "run_scenario", "RunResult", "Memo"),
-    "Logs": ("load", "Log"),
+    "Logs": ("load", "Log", "teleop_sim.log.many.Logs"),
     "Sweeps": ("plan_sweep", "run_sweep", "load_sweep"),
     "Errors": ("TeleopError", "BadInput", "Problem"),
 }
-"""The order of the page. An error without a group joins the others, any other name comes under *More*."""
+"""The order of the page. With dots: what a public name gives, and is none itself. An error without a group joins the
+others, any other name comes under *More*."""
 
 CONTRACTS = {
     "An operator's policy": ("teleop_sim.operators.policies.Policy", "teleop_sim.operators.belief.Belief"),
@@ -72,7 +73,7 @@ def names_markdown() -> str:
     groups["More"] = tuple(name for name in left if not _is_error(name))
     parts = [NAMES_HEAD]
     for title, group in groups.items():
-        parts += [f"## {title}", *(_entry(f"{_home(name)}.{name}") for name in group)] if group else []
+        parts += [f"## {title}", *(_entry(_path(name)) for name in group)] if group else []
     parts.append("## What extensions are made of\n\nThe [how-tos](../howto/policy.md) use them.")
     for title, paths in CONTRACTS.items():
         parts += [f"### {title}", *(_entry(path, level=4) for path in paths)]
@@ -85,8 +86,8 @@ def records_markdown() -> str:
     return f"{RECORDS_HEAD}\n::: teleop_sim.core.records\n{options}"
 
 
-def _home(name: str) -> str:
-    return str(getattr(teleop_sim, name).__module__)
+def _path(name: str) -> str:
+    return name if "." in name else f"{getattr(teleop_sim, name).__module__}.{name}"
 
 
 def _is_error(name: str) -> bool:
