@@ -61,7 +61,8 @@ class Seen:
 
     Attributes:
         stays: by the path of the state.
-        taken: how often an outcome was taken in which way, by (path, event) and then by ``HOW_COLOURS``' names.
+        taken: how often an outcome was taken in which way, by (path, event) and then by ``HOW_COLOURS``' names;
+            in the order in which they were first taken.
         last: path of the state in which it ended.
 
     """
@@ -97,6 +98,17 @@ class _Visits:
                 # A container that is drawn open is entered at its first states.
                 numbers += [net.nodes[number].parent, *net.nodes[number].entry]
         return frozenset(found)
+
+    @cached_property
+    def first(self) -> frozenset[tuple[str, str]]:
+        """Outcomes that led to a state for the first time: of each state the one that was taken first."""
+        net = self.machine.net
+        found: dict[int, tuple[str, str]] = {}
+        for path, event in self.seen.taken:
+            number = net.number(path, event)
+            if number is not None and net.target[number] != net.source[number]:
+                found.setdefault(net.target[number], (path, event))
+        return frozenset(found.values())
 
     def lines(self) -> Iterator[tuple[int, str]]:
         yield 1, attributes("graph", label=self._legend(), **_GRAPH)
@@ -159,6 +171,9 @@ class _Visits:
         how = max(taken, key=lambda name: list(HOW_COLOURS).index(name) if name in HOW_COLOURS else 0)
         looks = {"color": HOW_COLOURS.get(how, GREY), "fontcolor": HOW_COLOURS.get(how, GREY)}
         looks |= {"penwidth": f"{min(1.4 + 0.8 * count, WIDEST):g}", "label": f" {edge.event}{_times(count)} "}
+        if (edge.state, edge.event) in self.first:
+            # Straight down: so the drawing stays narrow.
+            looks["weight"] = "20"
         if target < 0:
             container = net.nodes[source.parent]
             if outcome := self._outcome(number, container):

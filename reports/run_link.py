@@ -24,7 +24,7 @@ KINDS = {
     "vain": ("lost, or sent again", COLOURS[3]),
 }
 """Field of ``Window`` to words and colour, from below."""
-DARK, QUEUE = "#C8C8C8", COLOURS[1]
+DARK, QUEUE = "#bbbbbb", COLOURS[1]
 WIDTH_IN, FONT_PT = 6.4, 9.0
 
 

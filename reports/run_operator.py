@@ -22,7 +22,7 @@ WIDTH_IN, FONT_PT = 6.4, 9.0
 WINDOW_S, MOST_WINDOWS = 30.0, 200
 """Of workload; a multiple of it where the run is long (a choice of layout)."""
 AGES = {"anything": None, "a picture or cloud": PICTURES}
-DARK = "#C8C8C8"
+DARK = "#bbbbbb"
 AGE_COLOURS = (COLOURS[0], COLOURS[1])
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 WIDTH_IN, FONT_PT = 6.4, 9.0
 LEAST_IN, MOST_IN = 2.0, 7.0
 """Height of the map (a choice of layout)."""
-AROUND_M = 0.5
+AROUND_M, PIECE_M = 0.5, 0.03
+"""Room round all that is shown; least length of a piece of the pelvis' line (a choice of layout)."""
 TIME_COLOURS = (COLOURS[4], COLOURS[5], COLOURS[3])
 """From the start of the run to its end; each shows on white and on black."""
 FOOT_COLOURS = {"left": COLOURS[0], "right": COLOURS[2]}
@@ -100,11 +101,12 @@ def _figure(walk: _Walk) -> Figure:
     for thing in walk.things:
         _draw_thing(ax, thing)
     _draw_prints(ax, walk)
-    points = walk.pelvis[:, None, :2]
+    kept = _far_apart(walk.pelvis[:, :2])
+    points, t_s = walk.pelvis[kept, None, :2], walk.t_s[kept]
     colours = LinearSegmentedColormap.from_list("time", TIME_COLOURS)
     pieces = list(np.concatenate([points[:-1], points[1:]], axis=1))
     lines = LineCollection(pieces, cmap=colours, linewidths=1.8, zorder=4.0)
-    lines.set_array(0.5 * (walk.t_s[:-1] + walk.t_s[1:]))
+    lines.set_array(0.5 * (t_s[:-1] + t_s[1:]))
     lines.set_clim(0.0, max(float(walk.t_s[-1]), 1e-3))
     ax.add_collection(lines)
     bar = figure.colorbar(lines, ax=ax, shrink=0.8, pad=0.02)
@@ -121,6 +123,15 @@ def _figure(walk: _Walk) -> Figure:
     ax.spines[["top", "right"]].set_visible(False)
     _legend(figure, walk)
     return figure
+
+
+def _far_apart(points: np.ndarray) -> list[int]:
+    """Numbers of points with no less than ``PIECE_M`` from one to the next, the first and the last among them."""
+    kept = [0]
+    for i in range(1, len(points)):
+        if np.hypot(*(points[i] - points[kept[-1]])) >= PIECE_M:
+            kept.append(i)
+    return [*kept, len(points) - 1] if kept[-1] != len(points) - 1 else kept
 
 
 def _frame_of(walk: _Walk) -> tuple[np.ndarray, np.ndarray]:
