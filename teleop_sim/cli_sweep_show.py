@@ -35,7 +35,7 @@ REMEMBERED_S: Final = 0.044
 LOG_BYTES: Final = {"full": 325_000, "events": 35_000, "summary": 0}
 """Of a run by level of detail, about (measured: docs/sweeps.md)."""
 
-INDEX_BYTES: Final = 1_000
+INDEX_BYTES: Final = 2_000
 """Of a run in journal and index, about (measured: docs/sweeps.md)."""
 
 MOST_ROWS: Final = 40
