@@ -72,14 +72,29 @@ def busy(records: Sequence[Record], direction: str) -> list[Interval]:
     return minus(union(map(service, of_direction(records, direction))), union(dark(records, direction)))
 
 
+def edges_of(end_s: float) -> list[float]:
+    """Bounds of the windows from 0 to the end of the run [s]; the last may be shorter."""
+    step_s = window_s(end_s)
+    return [step_s * i for i in range(math.ceil(end_s / step_s - 1e-9))] + [end_s]
+
+
+def goodput_bps(records: Iterable[Record], direction: str, end_s: float) -> list[float]:
+    """Payload that arrived in each window over its length [bit/s]."""
+    edges = edges_of(end_s)
+    bits = [0] * (len(edges) - 1)
+    for packet in of_direction(records, direction):
+        if packet.outcome == "delivered" and bits:
+            bits[min(bisect_right(edges, packet.arrived_s) - 1, len(bits) - 1)] += 8 * packet.payload_bytes
+    return [n / (b - a) for n, (a, b) in zip(bits, pairwise(edges), strict=True)]
+
+
 def windows(records: Sequence[Record], direction: str, end_s: float) -> list[Window]:
-    """Windows from 0 to the end of the run; the last may be shorter.
+    """Windows of the run, as ``edges_of`` bounds them.
 
     A packet's seconds of each kind lie evenly in its own light time between its first bit and its last, which is exact
     where no other was let pass in between.
     """
-    step_s = window_s(end_s)
-    edges = [step_s * i for i in range(math.ceil(end_s / step_s - 1e-9))] + [end_s]
+    edges = edges_of(end_s)
     sums = [[0.0, 0.0, 0.0] for _ in edges[1:]]
     darkness = union(dark(records, direction))
     for packet in of_direction(records, direction):
@@ -92,9 +107,8 @@ def windows(records: Sequence[Record], direction: str, end_s: float) -> list[Win
                 share = (min(b, edges[i + 1]) - max(a, edges[i])) / whole_s
                 sums[i] = [total + share * kind for total, kind in zip(sums[i], kinds, strict=True)]
                 i += 1
-    lengths = [b - a for a, b in pairwise(edges)]
-    made = zip(edges, edges[1:], sums, lengths, strict=False)
-    return [Window(a, b, *(kind / length for kind in kinds)) for a, b, kinds, length in made if length > 0.0]
+    made = zip(pairwise(edges), sums, strict=True)
+    return [Window(a, b, *(kind / (b - a) for kind in kinds)) for (a, b), kinds in made if b > a]
 
 
 def _kinds_s(packet: PacketEnded) -> tuple[float, float, float]:

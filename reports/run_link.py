@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from teleop_sim.core.records import PacketEnded
 from teleop_sim.reports.intervals import length_s, union
 from teleop_sim.reports.lanes import dark
-from teleop_sim.reports.link_use import Window, busy, of_direction, queue, window_s, windows
+from teleop_sim.reports.link_use import Window, busy, edges_of, goodput_bps, of_direction, queue, window_s, windows
 from teleop_sim.reports.parts import Cell, Chart, Column, Sheet
 from teleop_sim.reports.run_view import Run
 from teleop_sim.reports.style import COLOURS
@@ -38,7 +38,7 @@ def link_chart(run: Run) -> Chart | None:
     words = " and ".join(f"{share:.1%} of the time on the {WAYS[way]}" for way, share in shares.items())
     note = (
         f"Share of each {step} in which bits went out, by what became of them; below, how many packets wait for their "
-        "first bit. Grey: blackouts."
+        "first bit. Grey: blackouts. Of a direction without a limit to its rate: payload that arrived."
     )
     return Chart(lambda: _figure(run), f"Use of the link in windows of {step}: bits went out in {words}.", note)
 
@@ -100,14 +100,17 @@ def _figure(run: Run) -> Figure:
     panels = figure.subplots(4, 1, sharex=True, height_ratios=(3, 1.4, 3, 1.4))
     use = {way: windows(run.records, way, run.end_s) for way in WAYS}
     for way, (used, waiting) in zip(WAYS, (panels[:2], panels[2:]), strict=True):
-        _use(used, use[way], WAYS[way])
+        if any(w.busy > 1e-9 for w in use[way]):
+            _use(used, use[way], WAYS[way])
+        else:
+            _goodput(used, run, way)
         _queue(waiting, run, way)
         for start_s, stop_s in dark(run.records, way):
             for ax in (used, waiting):
                 ax.axvspan(start_s, stop_s, facecolor=DARK, alpha=0.5, linewidth=0.0, zorder=0.5)
     panels[0].set_xlim(0.0, run.end_s)
     panels[3].set_xlabel("simulated time [s]", fontsize=FONT_PT)
-    seen = [k for k in KINDS if any(getattr(w, k) > 0.0 for some in use.values() for w in some)]
+    seen = [k for k in KINDS if any(getattr(w, k) > 0.0 for some in use.values() for w in some)] or ["payload"]
     handles = [Patch(color=KINDS[kind][1], label=KINDS[kind][0]) for kind in seen]
     handles.append(Patch(color=QUEUE, label="packets in the queue"))
     if any(dark(run.records, way) for way in WAYS):
@@ -129,6 +132,15 @@ def _use(ax: Axes, used: Sequence[Window], name: str) -> None:
         below = above
     ax.set_ylim(0.0, 100.0 if max(below, default=0.0) > 50.0 else max(1.25 * max(below, default=0.0), 1.0))
     ax.set_ylabel(f"{name}\nin use [%]", fontsize=FONT_PT)
+    _frame(ax)
+
+
+def _goodput(ax: Axes, run: Run, way: str) -> None:
+    """Of a direction that takes no time to send: what came through."""
+    bps = goodput_bps(run.records, way, run.end_s)
+    ax.stairs(bps, edges_of(run.end_s), fill=True, color=KINDS["payload"][1], linewidth=0.0)
+    ax.set_ylim(0.0, max(1.15 * max(bps), 1.0))
+    ax.set_ylabel(f"{WAYS[way]}\n[bit/s]", fontsize=FONT_PT)
     _frame(ax)
 
 

@@ -1,6 +1,7 @@
 """Use of the link from the log against what the link itself counted, and sums that must agree."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.reports.intervals import length_s
-from teleop_sim.reports.link_use import busy, of_direction, queue, window_s, windows
+from teleop_sim.reports.link_use import busy, edges_of, goodput_bps, of_direction, queue, window_s, windows
 
 END_S = 60.0
 SENT = st.lists(st.tuples(st.floats(0.0, 50.0), st.integers(1, 60), st.integers(0, 2)), min_size=1, max_size=25)
@@ -73,6 +74,24 @@ def test_windows_hold_all_of_it_and_no_more_than_there_is_time(sent, kinds):
     if not (kinds["mtu_bytes"] or kinds["on_dark"] == "restart"):
         # One packet at a time: no window holds more than itself.
         assert max(w.busy for w in used) <= 1.0 + 1e-6
+
+
+@settings(deadline=None)
+@given(SENT, KINDS)
+def test_goodput_is_the_payload_that_arrived(sent, kinds):
+    records, direction = carried(sent, dict(kinds))
+    payload_bits = direction.delivered_bits - 8 * 10 * sum(fragments(p, kinds) for p in of_direction(records, "up"))
+    bits = [
+        bps * (b - a)
+        for bps, (a, b) in zip(goodput_bps(records, "up", END_S), itertools.pairwise(edges_of(END_S)), strict=True)
+    ]
+    assert sum(bits) == pytest.approx(payload_bits)
+
+
+def fragments(packet, kinds):
+    """Of a packet that arrived: a header of 10 bytes each, 10 bytes of payload in the small ones."""
+    whole = packet.outcome == "delivered"
+    return whole * (math.ceil(packet.payload_bytes / 10) if kinds["mtu_bytes"] else 1)
 
 
 @settings(deadline=None)
