@@ -150,6 +150,7 @@ class Timeline {
     this.range.textContent = `${clock(view.fromS, step, view.endS)} – ${clock(view.toS, step, view.endS)}`;
     this.box.dataset.from = view.fromS;
     this.box.dataset.to = view.toS;
+    this.box.dataset.wide = plot.width - plot.left;
   }
 
   middle() { return this.held && this.found ? this.found.startS : (this.view.fromS + this.view.toS) / 2; }

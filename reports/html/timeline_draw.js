@@ -4,6 +4,7 @@
 const NARROW_PX = 560;
 const INDENT_PX = 9;
 const NAME_PX = 13;
+const MERGE_PX = 0.4;
 const FONT = '11px ';
 
 // The page's colours and font, as the theme has them now.
@@ -15,6 +16,17 @@ function palette() {
   }
   found.font = FONT + style.getPropertyValue('--sans');
   return found;
+}
+
+// How many of some times in order are not after a time.
+function firstAfter(times, timeS) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= timeS) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }
 
 function colourOf(kind, colours) { return colours[kind[1]] ?? kind[1]; }
@@ -157,39 +169,45 @@ class Plot {
 
   bars(ctx, lane, rows) {
     const { start, end, row, kind } = lane.bars;
-    const painted = new Float64Array(lane.rows.length * this.data.kinds.length).fill(-1);
-    const runs = this.data.kinds.map(() => []);
-    for (let i = 0; i < start.length; i += 1) {
-      if (end[i] < this.view.fromS || start[i] > this.view.toS) continue;
-      const from = Math.max(this.x(start[i]), this.left - 2);
-      const to = Math.min(Math.max(this.x(end[i]), from + 1), this.width + 2);
-      const place = row[i] * this.data.kinds.length + kind[i];
-      if (to <= painted[place]) continue;
-      // What begins on a painted pixel begins behind it.
-      const fresh = to - from < 3 ? Math.max(from, painted[place]) : from;
-      painted[place] = Math.ceil(to);
-      const { top, height: high } = rows[row[i]];
-      const pad = Math.min(high * 0.15, 2);
-      runs[kind[i]].push(fresh, top + pad, Math.max(to - fresh, 0.8), high - 2 * pad);
+    const kinds = this.data.kinds.length;
+    // By row and kind: the last stretch [pixel]; what begins where it ends goes on with it.
+    const from = new Float64Array(lane.rows.length * kinds).fill(NaN);
+    const to = new Float64Array(from.length);
+    const colours = this.data.kinds.map((look) => colourOf(look, this.colours));
+    const paint = (place) => {
+      if (Number.isNaN(from[place])) return;
+      const { top, height } = rows[Math.floor(place / kinds)];
+      const pad = Math.min(height * 0.15, 2);
+      ctx.fillStyle = colours[place % kinds];
+      ctx.fillRect(from[place], top + pad, Math.max(to[place] - from[place], 0.9), height - 2 * pad);
+    };
+    const [left, right] = [this.left - 2, this.width + 2];
+    const last = firstAfter(start, this.view.toS);
+    for (let i = 0; i < last; i += 1) {
+      if (end[i] < this.view.fromS) continue;
+      const place = row[i] * kinds + kind[i];
+      const x = Math.max(this.x(start[i]), left);
+      const until = Math.min(this.x(end[i]), right);
+      if (x - to[place] > MERGE_PX || Number.isNaN(from[place])) {
+        paint(place);
+        from[place] = x;
+        to[place] = until;
+      } else if (until > to[place]) {
+        to[place] = until;
+      }
     }
-    runs.forEach((rects, k) => {
-      if (!rects.length) return;
-      ctx.fillStyle = colourOf(this.data.kinds[k], this.colours);
-      ctx.beginPath();
-      for (let j = 0; j < rects.length; j += 4) ctx.rect(rects[j], rects[j + 1], rects[j + 2], rects[j + 3]);
-      ctx.fill();
-    });
-    this.seams(ctx, lane, rows);
+    from.forEach((_, place) => paint(place));
+    this.seams(ctx, lane, rows, last);
   }
 
   // A hair between bars that touch, where there is room to see that they are two.
-  seams(ctx, lane, rows) {
+  seams(ctx, lane, rows, until) {
     const { start, end, row } = lane.bars;
     const wide = (this.view.spanS / this.width) * 5;
     const last = new Map();
     ctx.fillStyle = this.colours.paper;
-    for (let i = 0; i < start.length; i += 1) {
-      if (start[i] > this.view.toS || end[i] < this.view.fromS || end[i] - start[i] < wide) continue;
+    for (let i = 0; i < until; i += 1) {
+      if (end[i] < this.view.fromS || end[i] - start[i] < wide) continue;
       if (last.get(row[i]) === start[i] && rows[row[i]].height > 6) {
         ctx.fillRect(this.x(start[i]) - 0.5, rows[row[i]].top + 2, 1, rows[row[i]].height - 4);
       }
@@ -198,16 +216,25 @@ class Plot {
   }
 
   step(ctx, step, { bottom: base, height }) {
+    const [left, right] = [this.left - 2, this.width + 2];
+    const end = Math.min(this.x(this.view.endS), right);
     ctx.beginPath();
-    ctx.moveTo(this.left - 2, base);
-    let y = base;
+    ctx.moveTo(left, base);
+    let [y, peak, x] = [base, base, left];
     for (let i = 0; i < step.at.length; i += 1) {
-      const x = Math.min(Math.max(this.x(step.at[i]), this.left - 2), this.width + 2);
-      ctx.lineTo(x, y);
+      const next = Math.min(Math.max(this.x(step.at[i]), left), right);
+      // Of the values on one pixel the greatest is drawn, and the last.
+      if (next - x >= MERGE_PX) {
+        if (peak < y) ctx.lineTo(x, peak);
+        ctx.lineTo(x, y);
+        ctx.lineTo(next, y);
+        [x, peak] = [next, base];
+      }
       y = base - step.share[i] * height;
-      ctx.lineTo(x, y);
+      peak = Math.min(peak, y);
     }
-    const end = Math.min(this.x(this.view.endS), this.width + 2);
+    if (peak < y) ctx.lineTo(x, peak);
+    ctx.lineTo(x, y);
     ctx.lineTo(end, y);
     ctx.lineWidth = 1.5;
     ctx.strokeStyle = colourOf(this.data.kinds[step.kind], this.colours);

@@ -89,6 +89,11 @@ def span(page):
     return end - start
 
 
+def axis_width(page):
+    """Width of the timeline's axis [pixel]."""
+    return float(page.locator(".lanes").get_attribute("data-wide"))
+
+
 @pytest.mark.parametrize("name", RUNS)
 def test_a_page_is_small_and_has_all_its_parts(pages, look, name):
     assert pages[name].stat().st_size < MOST_BYTES
@@ -176,16 +181,19 @@ def test_a_bar_tells_what_it_is_to_mouse_and_keys(pages, look):
         assert page.locator(".said").inner_text().startswith("Machine: STATE_")
         page.keyboard.press("Escape")
         assert tip.is_hidden()
+        data = json.loads(page.locator("#timeline--data").text_content())
+        bars = next(found for found in data["lanes"] if found["name"] == "machine")["bars"]
         canvas = page.locator("[data-lane=machine] canvas").last
+        canvas.scroll_into_view_if_needed()
         size = canvas.bounding_box()
-        texts = set()
-        for share in range(20, 100, 4):
-            for row in range(20):
-                page.mouse.move(size["x"] + size["width"] * share / 100, size["y"] + 8 + 15 * row)
-                if tip.is_visible():
-                    texts.add(tip.inner_text())
-                    break
-        assert len(texts) > 5
+        wide = axis_width(page)
+        left = size["width"] - wide
+        for number in (2, 5, 8, 11):
+            middle_s = (sum(bars["start"][: number + 1]) + bars["took"][number] / 2) / 1e6
+            x = left + wide * middle_s / data["end_s"]
+            # Rows of 15 pixels, the first 2 below the top.
+            page.mouse.move(size["x"] + x, size["y"] + 2 + 15 * bars["row"][number] + 7)
+            assert tip.inner_text().splitlines()[0] == data["texts"][bars["text"][number]].splitlines()[0]
 
 
 def test_lanes_fold(pages, look):
@@ -285,6 +293,13 @@ CONTRASTS = """() => {
     const [high, low] = [light(one), light(two)].sort((a, b) => b - a);
     return (high + 0.05) / (low + 0.05);
   };
+  const behind = (element) => {
+    for (let e = element; e; e = e.parentElement) {
+      const own = parse(getComputedStyle(e).backgroundColor);
+      if (own[3] === 255) return own;
+    }
+    return paper;
+  };
   const found = [];
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   for (let node = walker.nextNode(); node; node = walker.nextNode()) {
@@ -297,12 +312,10 @@ CONTRASTS = """() => {
       const below = document.elementsFromPoint(at.x + at.width / 2, at.y + at.height / 2);
       const shape = below.find((e) => e.closest('svg') && !['text', 'tspan', 'svg'].includes(e.tagName)
         && getComputedStyle(e).fill !== 'none');
-      if (shape) ground = over(parse(getComputedStyle(shape).fill), paper);
+      ground = behind(element);
+      if (shape) ground = over(parse(getComputedStyle(shape).fill), ground);
     } else {
-      for (let e = element; e; e = e.parentElement) {
-        const own = parse(getComputedStyle(e).backgroundColor);
-        if (own[3] === 255) { ground = own; break; }
-      }
+      ground = behind(element);
     }
     const ink = over(parse(element.closest('svg') ? style.fill : style.color), ground);
     found.push([ratio(ink, ground), node.textContent.trim().slice(0, 40)]);
@@ -318,7 +331,8 @@ CONTRASTS = """() => {
 
 
 def poor_texts(page):
-    """Texts that do not stand out enough."""
+    """Texts that do not stand out enough; all of the page is in view, as only what is can be asked what lies there."""
+    page.set_viewport_size({"width": 1200, "height": page.evaluate("document.documentElement.scrollHeight")})
     measured = page.evaluate(CONTRASTS)
     assert len(measured) > 50
     return [(round(ratio, 2), text) for ratio, text in measured if ratio < LEAST_CONTRAST]
@@ -327,7 +341,7 @@ def poor_texts(page):
 @pytest.mark.parametrize("name", RUNS)
 def test_light_and_dark_read_well_and_the_button_changes_them(pages, look, name):
     grounds = []
-    with look(pages[name], height=9000, color_scheme="light") as page:
+    with look(pages[name], color_scheme="light") as page:
         for theme in ("light", "dark"):
             grounds.append(page.evaluate("getComputedStyle(document.body).backgroundColor"))
             assert poor_texts(page) == [], theme
@@ -368,7 +382,7 @@ def test_a_sweep_s_page_does_as_well(tmp_path, look, make_sweep):
     sweep = make_sweep({"latency_s": [0.0, 2.0, 10.0], "autonomy": ["off", "full"]})
     [file] = write_sweep_view(sweep, tmp_path, "sweep", ("html",))
     for theme in ("light", "dark"):
-        with look(file, height=9000, color_scheme=theme) as page:
+        with look(file, color_scheme=theme) as page:
             assert poor_texts(page) == [], theme
     with look(file, width=400, height=800, has_touch=True, is_mobile=True) as page:
         assert page.evaluate("document.documentElement.scrollWidth") == 400
