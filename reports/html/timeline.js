@@ -120,6 +120,11 @@ class Timeline {
       this.plot.colours = palette();
       this.later();
     });
+    // Paper is light, and does not wait for the next frame.
+    matchMedia('print').addEventListener('change', () => {
+      this.plot.colours = palette();
+      this.draw();
+    });
     document.addEventListener('pointerdown', (event) => { if (!this.place.contains(event.target)) this.clear(); });
   }
 
