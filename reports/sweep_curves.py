@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 MOST_PANELS: Final = 5
 """Panels side by side (a choice of layout)."""
 
+MOST_POINTS: Final = 1_000
+"""Of a panel: 0.2 kB each in a page, whose size has a bound."""
+
 DODGE: Final = 0.014
 """Between two lines, as a share of the axis, so that their intervals do not cover each other (a choice of layout)."""
 
@@ -71,9 +74,20 @@ def _chart(sweep: SweepRuns, shown: _Figure, what: str, note: str) -> Chart | No
     against = axes_of(sweep) or (sweep.compared,)
     others = f" for each {bare(sweep.compared)}" if sweep.compared not in against and sweep.compared else ""
     alt = f"{what} against {' and '.join(map(bare, against))}{others}, with 95 % intervals."
-    notes = [note] + ([_grid_note(sweep, against)] if sweep.grid else [SCATTER_NOTE])
+    notes = [note] + ([_grid_note(sweep, against)] if sweep.grid else [_points_note(sweep)])
     draw = _draw_grid if sweep.grid else _draw_points
     return Chart(lambda: draw(sweep, shown, against), alt, " ".join(filter(None, notes)))
+
+
+def _points(sweep: SweepRuns) -> pd.DataFrame:
+    """Cells to draw as points: all, or every second, third, ... of very many."""
+    return sweep.table.iloc[:: -(-len(sweep.table) // MOST_POINTS)]
+
+
+def _points_note(sweep: SweepRuns) -> str:
+    cut = len(_points(sweep))
+    said = f" Shown are {cut:,} of {len(sweep.table):,} cells, evenly chosen." if cut < len(sweep.table) else ""
+    return SCATTER_NOTE + said
 
 
 SCATTER_NOTE: Final = "The design is no grid: each point is a cell, and its other factors differ, too."
@@ -118,7 +132,7 @@ def _row(sweep: SweepRuns, x: str) -> list[Any]:
 def _draw_points(sweep: SweepRuns, shown: _Figure, against: Sequence[str]) -> Figure:
     figure, axes = panel_axes(1, len(against), row_in=2.5, share_y=True)
     for n, x in enumerate(against):
-        _panel(axes[0, n], sweep, sweep.table, x, shown, joined=False)
+        _panel(axes[0, n], sweep, _points(sweep), x, shown, joined=False)
         axes[0, n].set_xlabel(words(x))
     axes[0, 0].set_ylabel(shown.words)
     axes[0, 0].set_ylim(0.0, shown.top)

@@ -31,7 +31,8 @@ MOST_SHEETS: Final = 6
 def decision(sweep: SweepRuns) -> Chart | None:
     """For each setting of the link the level with the best mean, how much better, and how sure.
 
-    None where nothing is compared, nothing else varies, or no setting has two levels with two replicates in common.
+    None where nothing is compared, nothing else varies, or no setting has two levels with two replicates in common; and
+    of a design that is no grid where its factors have more values than a map has places.
     """
     if not sweep.compared or not sweep.link or not len(sweep.runs):
         return None
@@ -43,8 +44,11 @@ def decision(sweep: SweepRuns) -> Chart | None:
     # Designs of sensitivity visit a setting twice; the same replicate there is the same run.
     runs = at(sweep.runs, setting).drop_duplicates([*sweep.factors, "replicate"])
     most = (MOST_VALUES, MOST_VALUES, MOST_SHEETS)[: len(link)]
-    for name, count in zip(link, most, strict=True):
-        runs = runs[runs[name].isin(spread(sweep.levels[name], count))]
+    if sweep.grid:
+        for name, count in zip(link, most, strict=True):
+            runs = runs[runs[name].isin(spread(sweep.levels[name], count))]
+    elif any(len(sweep.levels[name]) > count for name, count in zip(link, most, strict=True)):
+        return None
     measure = Measure("time", sweep.limit_s)
     found = decision_map(runs, list(link), sweep.compared, measure, sweep.seed)
     if not len(found):

@@ -14,7 +14,7 @@ from teleop_sim.reports.shares import SHARES
 from teleop_sim.reports.style import drawn, paper
 from teleop_sim.reports.sweep_causes import causes, examples, kind
 from teleop_sim.reports.sweep_cells import MOST_ROWS, cells, picked_runs
-from teleop_sim.reports.sweep_curves import completion, probability
+from teleop_sim.reports.sweep_curves import MOST_POINTS, completion, probability
 from teleop_sim.reports.sweep_effects import effects
 from teleop_sim.reports.sweep_maps import decision, heat
 from teleop_sim.reports.sweep_page import facts, sweep_html, sweep_parts, verdict
@@ -151,6 +151,13 @@ def test_curves_of_other_designs_are_points_of_all_cells(made):
     assert sum(len(x) for x, _ in lines_of(panels[0])) == 3
     assert all(container[0].get_linestyle() == "None" for container in panels[0].containers)
     assert "no grid" in chart.note
+
+
+def test_of_thousands_of_cells_every_so_many_is_drawn_and_that_is_said(made):
+    values = tuple(range(2 * MOST_POINTS + 1))
+    chart = completion(made({"uplink_bps": values, "latency_s": values[::-1]}, 1, choose="x", design="lhs:2001"))
+    assert f"Shown are 667 of {2 * MOST_POINTS + 1:,} cells" in chart.note
+    assert len(lines_of(shown(chart).axes[0])[0][0]) == 667
 
 
 def test_one_run_has_no_interval(made):
@@ -364,7 +371,7 @@ def refused(made):
 FIVE = {"uplink_bps": (64.0, 4000.0), "latency_s": DELAYS, "loss": (0.0, 0.1), "robot": ("a", "b"), "autonomy": LEVELS}
 SAMPLED = {
     "uplink_bps": tuple(64.0 + 13.0 * n for n in range(30)),
-    "latency_s": tuple(n / 3 for n in range(30)),
+    "latency_s": tuple((7 * n % 30) / 3 for n in range(30)),
     "autonomy": LEVELS * 10,
 }
 SHAPES = {
