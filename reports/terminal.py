@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import astuple, fields
 from typing import TYPE_CHECKING
 
 from teleop_sim.core.records import Record
 from teleop_sim.reports.drc_times import COLUMNS, Times
 from teleop_sim.reports.ledger import ALL, LedgerRow
-from teleop_sim.reports.parts import Column, Sheet
+from teleop_sim.reports.parts import Cell, Column, Sheet
 from teleop_sim.reports.rich_sheet import rich_sheet
 from teleop_sim.reports.run_ledger import MESSAGES_NOTE, NOTE, rows_sheet
 from teleop_sim.reports.run_tables import state_sheet, times_of
@@ -77,13 +77,17 @@ def rich_times(records: Sequence[Record], narrow: bool = False) -> Table:
     names = [field.name for field in fields(Times)]
     if narrow:
         columns = (Column("column", ""), *(Column(row, "", 1) for row in found))
-        rows = tuple((COLUMNS[name], *(float(getattr(t, name)) for t in found.values())) for name in names)
+        rows = tuple((COLUMNS[name], *_seconds(found.values(), name)) for name in names)
         headings = {"column": "", **{row: row for row in found}}
         return rich_sheet(Sheet(columns, rows), title, headings, TIMES_NOTE, unknown=_IN_RESET, fold=True)
     columns = (Column("row", ""), *(Column(name, "", 1) for name in names))
-    rows = tuple((row, *(float(getattr(t, name)) for name in names)) for row, t in found.items())
+    rows = tuple((row, *map(float, astuple(t))) for row, t in found.items())
     headings = {"row": "", **{name: _TIMES.get(name, COLUMNS[name]) for name in names}}
     return rich_sheet(Sheet(columns, rows), title, headings, TIMES_NOTE, unknown=_IN_RESET)
+
+
+def _seconds(found: Iterable[Times], name: str) -> tuple[Cell, ...]:
+    return tuple(float(getattr(times, name)) for times in found)
 
 
 _IN_RESET = "in reset"
