@@ -133,7 +133,9 @@ def print_sweep(plan: Plan, directory: Path, at: SweepProgress) -> None:
     paper.print(f"{at.done:,} runs ({asked}), {at.bad} not completed: {directory}", soft_wrap=True)
     where = shlex.quote(str(directory))
     paper.print(
-        f"  next: teleop-sim decide {where}; in Python teleop_sim.load_sweep({str(directory)!r})", soft_wrap=True
+        f"  next: teleop-sim report {where}; teleop-sim decide {where}; "
+        f"in Python teleop_sim.load_sweep({str(directory)!r})",
+        soft_wrap=True,
     )
 
 
