@@ -31,6 +31,10 @@ Words = tuple[Level, str, str]
 
 _MODES: dict[str, Level] = {"normal": "info", "auto": "warning", "manual": "warning", "not_recoverable": "error"}
 _ENDS: dict[str, Level] = {"completed": "info", "censored": "warning", "failed": "error"}
+_BAD_SKILLS = frozenset(
+    "blocked cut lost missed no_ground no_motion no_plan not_felt not_found refused stopped".split()
+)
+"""Outcomes of skills that came to nothing (``robot/skills``)."""
 _GOOD_ENDS = frozenset({"delivered", "in_flight"})
 
 
@@ -71,7 +75,7 @@ def _released(r: Released) -> Words:
 
 
 def _episode(r: EpisodeEnded) -> Words:
-    level: Level = "error" if r.outcome == "fell" else "warning" if r.cause else "info"
+    level: Level = "error" if r.outcome == "fell" else "warning" if r.outcome in _BAD_SKILLS else "info"
     took = f"{r.skill} in {r.t_s - r.start_s:.1f} s: {r.outcome}"
     return level, "robot", took + (f", {r.cause}" * bool(r.cause))
 
@@ -100,7 +104,7 @@ def _packet(r: PacketEnded | MessageEnded) -> Words | None:
 
 
 def _scored(r: Scored) -> Words:
-    return "info", "task", f"checkpoint {r.checkpoint}: {r.text}"
+    return "info", "task", r.text
 
 
 def _disturbed(r: Disturbed) -> Words:

@@ -5,7 +5,7 @@ then its joints in their order, each a turn about its anchor or a move along its
 
 Source: MuJoCo documentation, *Computation: Kinematics*, and ``mj_kinematics`` (engine_core_smooth.c).
 
-Not shown: textures, materials, gloss; planes beyond 20 m; what is in a group that MuJoCo's viewer hides. A free body
+Not shown: textures, materials, gloss; planes beyond 6 m; what is in a group that MuJoCo's viewer hides. A free body
 beside the robot's root stays where the model has it.
 """
 
@@ -26,8 +26,8 @@ _ROOT = "root"
 _SHOWN_GROUPS = 3
 """MuJoCo's viewer shows groups 0 to 2."""
 
-_PLANE_M, _PLANE_THICK_M = 40.0, 0.01
-"""A plane is shown as a plate (assumed)."""
+_PLANE_M, _PLANE_THICK_M = 12.0, 0.01
+"""A plane is shown as a plate of at most that size, for viewers that go back until they see all (assumed)."""
 
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "hinge", int(mujoco.mjtJoint.mjJNT_SLIDE): "slide"}
 _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -113,7 +113,7 @@ def _solid(model: mujoco.MjModel, geom: int, frame: str) -> Iterator[Solid]:
             middle = at + _matrix(turn) @ np.array([0.0, 0.0, sign * b])
             yield Solid(frame, f"{name}.{end}", "sphere", _vector(middle), place[1], (2 * a, 2 * a, 2 * a), colour)
     elif kind == mujoco.mjtGeom.mjGEOM_PLANE:
-        across = [2 * half if half > 0.0 else _PLANE_M for half in (a, b)]
+        across = [min(2 * half, _PLANE_M) if half > 0.0 else _PLANE_M for half in (a, b)]
         middle = at - _matrix(turn) @ np.array([0.0, 0.0, _PLANE_THICK_M / 2])
         size = (across[0], across[1], _PLANE_THICK_M)
         yield Solid(frame, name, "box", _vector(middle), place[1], size, colour)

@@ -128,7 +128,7 @@ def test_what_went_wrong_is_said_as_such():
     assert {(line.level, line.name, line.text) for line in told} == {
         ("warning", "link up", "chat dropped: loss"),
         ("error", "run", "failed after 9.0 s: fell"),
-        ("info", "task", "checkpoint 1: there"),
+        ("info", "task", "there"),
     }
     arrived = PacketEnded(9.0, "up", 1, "chat", 5, 40, 1.0, 1.0, 2.0, 0, 0, 0, 0, "delivered", "", "")
     assert line_of(arrived) is None
