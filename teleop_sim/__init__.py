@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from teleop_sim.core.errors import BadInput, LogDamaged, Problem, TeleopError, UnknownName
     from teleop_sim.log.load import Log, load
+    from teleop_sim.log.many import Logs
     from teleop_sim.robot.memo import Memo
     from teleop_sim.run import RunResult, run_scenario
     from teleop_sim.scenarios.files import load_scenario
     from teleop_sim.sweep.folder import SweepBroken
-    from teleop_sim.sweep.index import load_sweep
+    from teleop_sim.sweep.index import load_sweep, load_sweep_states, load_sweep_times
     from teleop_sim.sweep.planning import plan_sweep
     from teleop_sim.sweep.study import run_sweep
 
@@ -24,6 +25,7 @@ _HOME = {
     "BadInput": "teleop_sim.core.errors",
     "Log": "teleop_sim.log.load",
     "LogDamaged": "teleop_sim.core.errors",
+    "Logs": "teleop_sim.log.many",
     "Memo": "teleop_sim.robot.memo",
     "Problem": "teleop_sim.core.errors",
     "RunResult": "teleop_sim.run",
@@ -33,6 +35,8 @@ _HOME = {
     "SweepBroken": "teleop_sim.sweep.folder",
     "load_scenario": "teleop_sim.scenarios.files",
     "load_sweep": "teleop_sim.sweep.index",
+    "load_sweep_states": "teleop_sim.sweep.index",
+    "load_sweep_times": "teleop_sim.sweep.index",
     "plan_sweep": "teleop_sim.sweep.planning",
     "run_scenario": "teleop_sim.run",
     "run_sweep": "teleop_sim.sweep.study",
@@ -42,6 +46,7 @@ __all__ = [
     "BadInput",
     "Log",
     "LogDamaged",
+    "Logs",
     "Memo",
     "Problem",
     "RunResult",
@@ -52,6 +57,8 @@ __all__ = [
     "load",
     "load_scenario",
     "load_sweep",
+    "load_sweep_states",
+    "load_sweep_times",
     "plan_sweep",
     "run_scenario",
     "run_sweep",

@@ -28,8 +28,8 @@ Whatever happens in a run is one of these. The log derives its schemas from them
 
 GROUPS = {
     "Runs": ("load_scenario", "run_scenario", "RunResult", "Memo"),
-    "Logs": ("load", "Log", "teleop_sim.log.many.Logs"),
-    "Sweeps": ("plan_sweep", "run_sweep", "load_sweep"),
+    "Logs": ("load", "Log", "Logs"),
+    "Sweeps": ("plan_sweep", "run_sweep", "load_sweep", "load_sweep_states", "load_sweep_times"),
     "Errors": ("TeleopError", "BadInput", "Problem"),
 }
 """The order of the page. With dots: what a public name gives, and is none itself. An error without a group joins the
