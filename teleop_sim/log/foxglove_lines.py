@@ -32,7 +32,19 @@ Words = tuple[Level, str, str]
 _MODES: dict[str, Level] = {"normal": "info", "auto": "warning", "manual": "warning", "not_recoverable": "error"}
 _ENDS: dict[str, Level] = {"completed": "info", "censored": "warning", "failed": "error"}
 _BAD_SKILLS = frozenset(
-    "blocked cut lost missed no_ground no_motion no_plan not_felt not_found refused stopped".split()
+    [
+        "blocked",
+        "cut",
+        "lost",
+        "missed",
+        "no_ground",
+        "no_motion",
+        "no_plan",
+        "not_felt",
+        "not_found",
+        "refused",
+        "stopped",
+    ]
 )
 """Outcomes of skills that came to nothing (``robot/skills``)."""
 _GOOD_ENDS = frozenset({"delivered", "in_flight"})
