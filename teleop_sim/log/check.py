@@ -14,7 +14,7 @@ from google.protobuf.message import DecodeError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, MessageIndex, Schema, Statistics
+from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, MessageIndex, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from teleop_sim.core.errors import Problem
@@ -25,8 +25,10 @@ from teleop_sim.log.repair import MESSAGE
 from teleop_sim.log.scan import RECORD
 from teleop_sim.log.schema import decoder
 from teleop_sim.log.store import Decode, Kind
+from teleop_sim.log.unpack import CHUNK
 
 _READ: dict[int, Any] = {
+    Opcode.HEADER: Header,
     Opcode.SCHEMA: Schema,
     Opcode.CHANNEL: Channel,
     Opcode.CHUNK: Chunk,
@@ -127,7 +129,11 @@ class _Checker:
             return None
 
     def _data(self, piece: Piece) -> None:
-        if piece.opcode == Opcode.CHUNK:
+        if (piece.opcode == Opcode.HEADER) != (piece.at == len(MAGIC)):
+            self.wrong(piece.at, "a header is where there should be none, or none where one should be")
+        if piece.opcode == Opcode.HEADER:
+            self._read(piece)
+        elif piece.opcode == Opcode.CHUNK:
             self._chunk(piece)
         elif piece.opcode == Opcode.MESSAGE_INDEX:
             told = self._read(piece)
@@ -136,6 +142,13 @@ class _Checker:
                 self.chunks[-1].places[told.channel_id] = piece.at
         elif piece.opcode == Opcode.DATA_END:
             self.data_ended = True
+            told = self._read(piece)
+            if (
+                told is not None
+                and told.data_section_crc
+                and zlib.crc32(self.data[: piece.at]) != told.data_section_crc
+            ):
+                self.wrong(piece.at, "the data are not what their checksum says")
         else:
             self._record(piece, piece.at)
 
@@ -144,6 +157,9 @@ class _Checker:
         if read is None or records is None:
             self.wrong(piece.at, "a chunk does not unpack to what its checksum says", "Its messages are lost.")
             return
+        before = CHUNK.size + len(read.compression.encode())
+        if struct.unpack_from("<Q", piece.content, before)[0] != len(piece.content) - before - 8:
+            self.wrong(piece.at, "the chunk says that its packed records have another length")
         made = _Chunk(piece.at, piece.end, read, {})
         self.chunks.append(made)
         for inner in inner_pieces(records):
@@ -260,7 +276,7 @@ class _Checker:
                 self.wrong(chunk.at, "the summary does not list this chunk")
             elif read.chunk_length != chunk.end - chunk.at or set(read.message_index_offsets) != set(chunk.indexed):
                 self.wrong(at, f"what the summary says of the chunk at byte {chunk.at} is not so")
-            elif any(read.message_index_offsets[n] != place for n, place in chunk.places.items()):
+            elif any(read.message_index_offsets.get(n) != place for n, place in chunk.places.items()):
                 self.wrong(at, f"the summary has the indexes of the chunk at byte {chunk.at} elsewhere")
         for offset, (at, _) in sorted(listed.items()):
             self.wrong(at, f"the summary lists a chunk at byte {offset}, where there is none that is whole")
