@@ -20,6 +20,8 @@ from teleop_sim.reports.lanes import dark
 WINDOWS_S = (10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0)
 MOST_WINDOWS = 200
 """The first of ``WINDOWS_S`` that makes no more of them than that (a choice of layout)."""
+MOST_STEPS = 2000
+"""Of a figure: more than a page or a print can tell apart (a choice of layout)."""
 Steps = tuple[tuple[float, ...], tuple[int, ...]]
 """Times [s] and what holds from each on."""
 
@@ -113,10 +115,12 @@ def windows(records: Sequence[Record], direction: str, end_s: float) -> list[Win
 
 def _kinds_s(packet: PacketEnded) -> tuple[float, float, float]:
     """Seconds in which its payload, its headers, and bits in vain went out."""
+    # Logs of before bits in vain were told apart have none.
+    again_s = 0.0 if math.isnan(packet.retransmission_s) else packet.retransmission_s
     if packet.outcome != "delivered":
-        return 0.0, 0.0, packet.serialisation_s + packet.retransmission_s
+        return 0.0, 0.0, packet.serialisation_s + again_s
     payload = 8 * packet.payload_bytes / packet.size_bits if packet.size_bits else 1.0
-    return packet.serialisation_s * payload, packet.serialisation_s * (1.0 - payload), packet.retransmission_s
+    return packet.serialisation_s * payload, packet.serialisation_s * (1.0 - payload), again_s
 
 
 def queue(records: Sequence[Record], direction: str, in_bits: bool = False) -> Steps:
@@ -133,3 +137,16 @@ def queue(records: Sequence[Record], direction: str, in_bits: bool = False) -> S
             changes[until_s] = changes.get(until_s, 0) - amount
     times = sorted(changes)
     return tuple(times), tuple(accumulate(changes[t_s] for t_s in times))
+
+
+def thinned(steps: Steps, end_s: float, most: int = MOST_STEPS) -> Steps:
+    """The same steps, or where there are more than can be told apart, the greatest in each of so many equal spans."""
+    times, counts = steps
+    if len(times) <= most:
+        return steps
+    width_s = max(end_s, times[-1]) / most
+    greatest = [0] * (most + 1)
+    for at_s, until_s, count in zip(times, (*times[1:], times[-1]), counts, strict=True):
+        for i in range(int(at_s / width_s), int(until_s / width_s) + 1):
+            greatest[i] = max(greatest[i], count)
+    return tuple(width_s * i for i in range(most + 1)), tuple(greatest)

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 from teleop_sim.core.records import PacketEnded
 from teleop_sim.reports.intervals import length_s, union
 from teleop_sim.reports.lanes import dark
-from teleop_sim.reports.link_use import Window, busy, edges_of, goodput_bps, of_direction, queue, window_s, windows
+from teleop_sim.reports.link_use import (
+    Window,
+    busy,
+    edges_of,
+    goodput_bps,
+    of_direction,
+    queue,
+    thinned,
+    window_s,
+    windows,
+)
 from teleop_sim.reports.parts import Cell, Chart, Column, Sheet
 from teleop_sim.reports.run_view import Run
 from teleop_sim.reports.style import COLOURS
@@ -147,7 +157,7 @@ def _goodput(ax: Axes, run: Run, way: str) -> None:
 def _queue(ax: Axes, run: Run, way: str) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    times, counts = queue(run.records, way)
+    times, counts = thinned(queue(run.records, way), run.end_s)
     ax.stairs(counts, [*times, max(run.end_s, times[-1])], fill=True, facecolor=QUEUE, edgecolor=QUEUE, linewidth=0.8)
     ax.set_ylim(0.0, max(1.15 * max(counts), 1.0))
     ax.yaxis.set_major_locator(MaxNLocator(nbins=2, integer=True))

@@ -48,8 +48,9 @@ def cells(sweep: SweepRuns) -> Sheet:
     links: dict[tuple[int, int], str] = {}
     for number, row in enumerate(records(table)):
         runs = picked[row["cell"]]
-        before = (*_settings(sweep, row), *_figures(row), *(means[row["cell"]].values()))
-        rows.append((*before, *(cell for name in PICKED for cell in _run(runs[name])), runs["worst"]["outcome"]))
+        before = (*_settings(sweep, row), *_figures(row))
+        looked_at = (*(cell for name in PICKED for cell in _run(runs[name])), runs["worst"]["outcome"])
+        rows.append((*before, *looked_at, *(means[row["cell"]].values())))
         for n, name in enumerate(PICKED):
             if address := address_of(sweep, str(runs[name]["log"])):
                 links[number, len(before) + 2 * n] = address
@@ -87,7 +88,7 @@ def _columns(sweep: SweepRuns) -> tuple[Column, ...]:
         )
     ]
     outcome = Column("worst_outcome", "worst", group="runs to look at", help="its outcome")
-    return (*settings, *counts, *times, *means, *runs, outcome)
+    return (*settings, *counts, *times, *runs, outcome, *means)
 
 
 def _settings(sweep: SweepRuns, row: Mapping[str, Any]) -> list[Cell]:

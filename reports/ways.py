@@ -100,16 +100,20 @@ def ways(records: Iterable[Record]) -> list[Way]:
 
 def _packet_way(r: PacketEnded) -> Way:
     end_s = r.t_s if math.isnan(r.arrived_s) else r.arrived_s
-    waits = ns(r.propagation_s), ns(r.retransmission_s), ns(r.serialisation_s)
-    return Way(r.direction, r.topic, ns(r.sent_s), ns(end_s), *waits, r.outcome == "dropped")
+    return Way(r.direction, r.topic, ns(r.sent_s), ns(end_s), *_waits(r), r.outcome == "dropped")
 
 
 def _message_way(r: MessageEnded) -> Way:
     waited_s = r.queue_s + r.blackout_s + r.serialisation_s + r.propagation_s + r.retransmission_s
     # What was given up may be recorded later, when its last copy has ended.
     end_s = min(r.sent_s + waited_s, r.t_s) if math.isnan(r.delivered_s) else r.delivered_s
-    waits = ns(r.propagation_s), ns(r.retransmission_s), ns(r.serialisation_s)
-    return Way(r.direction, r.topic, ns(r.sent_s), ns(end_s), *waits, r.outcome == "dropped")
+    return Way(r.direction, r.topic, ns(r.sent_s), ns(end_s), *_waits(r), r.outcome == "dropped")
+
+
+def _waits(r: PacketEnded | MessageEnded) -> tuple[int, int, int]:
+    """In the air, in vain, for good; logs of before bits in vain were told apart have none."""
+    again_s = 0.0 if math.isnan(r.retransmission_s) else r.retransmission_s
+    return ns(r.propagation_s), ns(again_s), ns(r.serialisation_s)
 
 
 def darkness_ns(records: Sequence[Record]) -> Mapping[str, list[Interval]]:

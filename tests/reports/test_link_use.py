@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from teleop_sim.channel.link import Direction, DirectionSettings
 from teleop_sim.channel.loss import Bernoulli
 from teleop_sim.reports.intervals import length_s
-from teleop_sim.reports.link_use import busy, edges_of, goodput_bps, of_direction, queue, window_s, windows
+from teleop_sim.reports.link_use import busy, edges_of, goodput_bps, of_direction, queue, thinned, window_s, windows
 
 END_S = 60.0
 SENT = st.lists(st.tuples(st.floats(0.0, 50.0), st.integers(1, 60), st.integers(0, 2)), min_size=1, max_size=25)
@@ -114,3 +114,23 @@ def test_few_enough_windows():
     assert window_s(1e9) == 3600.0
     assert windows([], "up", 25.0)[-1].end_s == 25.0
     assert len(windows([], "up", 30.0)) == 3
+
+
+@given(st.lists(st.tuples(st.floats(0.001, 50.0), st.integers(0, 9)), min_size=1, max_size=300), st.integers(2, 40))
+def test_thinned_steps_keep_every_height_within_a_span(steps, most):
+    times, counts, at_s = [], [], 0.0
+    for took_s, count in steps:
+        times.append(at_s)
+        counts.append(count)
+        at_s += took_s
+    thin_times, thin = thinned((tuple(times), tuple(counts)), at_s, most)
+    assert len(thin_times) == len(thin) <= max(most + 1, len(times))
+    width_s = at_s / most if len(times) > most else 0.0
+    for start_s, count in zip(times, counts, strict=True):
+        near = [
+            n
+            for t_s, n in zip(thin_times, thin, strict=True)
+            if t_s <= start_s + 1e-9 and t_s + width_s >= start_s - 1e-9
+        ]
+        # A height is never lost: a queue that was long for a moment shows.
+        assert max(near) >= count
