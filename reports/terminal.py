@@ -51,9 +51,14 @@ _WAITS = {
 def rich_table(rows: Sequence[TableRow], narrow: bool = False) -> Table:
     """The states of one run or several; ``narrow``: only retries and times, for a terminal of 40 columns."""
     runs = max((r.runs for r in rows), default=0)
-    title = f"Per state, {runs} run{'s' if runs != 1 else ''}; right: the WPI paper's Table II, task 1, 10 runs"
-    sheet, caption = state_sheet(rows), NARROW_NOTE if narrow else None
-    return rich_sheet(sheet, title, _NARROW_STATES if narrow else _STATES, caption, dashes=_PERCENT, dim="paper_")
+    title = f"Per state, {runs} run{'s' if runs != 1 else ''}"
+    headings = _NARROW_STATES if narrow else _STATES
+    if any(row.paper for row in rows) or not rows:
+        title += "; right: the WPI paper's Table II, task 1, 10 runs"
+    else:
+        headings = {name: words for name, words in headings.items() if not name.startswith("paper_")}
+    caption = NARROW_NOTE if narrow else None
+    return rich_sheet(state_sheet(rows), title, headings, caption, dashes=_PERCENT, dim="paper_")
 
 
 def rich_shares(shares: Mapping[str, float]) -> Table:
