@@ -31,21 +31,9 @@ Words = tuple[Level, str, str]
 
 _MODES: dict[str, Level] = {"normal": "info", "auto": "warning", "manual": "warning", "not_recoverable": "error"}
 _ENDS: dict[str, Level] = {"completed": "info", "censored": "warning", "failed": "error"}
-_BAD_SKILLS = frozenset(
-    [
-        "blocked",
-        "cut",
-        "lost",
-        "missed",
-        "no_ground",
-        "no_motion",
-        "no_plan",
-        "not_felt",
-        "not_found",
-        "refused",
-        "stopped",
-    ]
-)
+_STOPPED_SHORT = ("blocked", "cut", "lost", "missed", "refused", "stopped")
+_FOUND_NOTHING = ("no_ground", "no_motion", "no_plan", "not_felt", "not_found")
+_BAD_SKILLS = frozenset((*_STOPPED_SHORT, *_FOUND_NOTHING))
 """Outcomes of skills that came to nothing (``robot/skills``)."""
 _GOOD_ENDS = frozenset({"delivered", "in_flight"})
 

@@ -29,7 +29,7 @@ from teleop_sim.log.wire import doubles
 PROFILE = "teleop-sim"
 CHUNK_BYTES = 64 * 1024
 COMPRESSION = 1
-"""Level of zstd: 1 takes a fifth less time than its default and 2 % more bytes (measured, docs/replay.md)."""
+"""Level of zstd: 1 takes a fifth less time than its default, for 2 % more bytes (measured)."""
 FLUSH_S = 30.0  # assumed: a killed run loses at most so much simulated time, for some 2 % more bytes
 
 _PLANT = "field/plant"
