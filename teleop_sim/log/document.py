@@ -1,26 +1,33 @@
-"""The reference of the log's topics, made from the record classes: ``python -m teleop_sim.log.document``."""
+"""The reference of frames and topics, made from the record classes: ``python -m teleop_sim.log.document``."""
 
 from __future__ import annotations
 
 import inspect
+from pathlib import Path
 from typing import Any
 
 from teleop_sim.core.records import RECORDS, Record
+from teleop_sim.log.load import Log
+from teleop_sim.log.meanings import EVERY_FRAME, unit
 from teleop_sim.log.schema import KINDS, field_types
-
-UNITS = {
-    "_s": "s",
-    "_bps": "bit/s",
-    "_bits": "bit",
-    "_bytes": "byte",
-    "_m": "m",
-    "_rad": "rad",
-    "_px": "px",
-    "_sd": "standard deviations",
-}
-"""Suffix of a field's name to its unit."""
+from teleop_sim.log.store import Messages
 
 STORED = {"float": "double", "int": "int64", "bool": "bool", "str": "string", "tuple": "repeated double"}
+
+
+def frames_markdown() -> str:
+    """One section a frame: what a row is, and its columns with dtype, unit and meaning."""
+    log = Log(Path("empty"), True, Messages((), (), ()))
+    return "\n".join(_frame_section(name, log) for name in EVERY_FRAME)
+
+
+def _frame_section(name: str, log: Log) -> str:
+    rows = [f"| {' | '.join(row)} |" for row in log.columns(name).itertuples(index=False, name=None)]
+    if name in ("plant", "joints"):
+        rows.append("| each joint by its name | float64 | rad or m | joint of the model |")
+    doc = " ".join((inspect.getdoc(getattr(type(log), name)) or "").split())
+    head = ["| Column | Dtype | Unit | Meaning |", "|---|---|---|---|"]
+    return "\n".join([f"### `{name}`", "", doc, "", *head, *rows, ""])
 
 
 def topics_markdown() -> str:
@@ -29,7 +36,7 @@ def topics_markdown() -> str:
 
 
 def _section(topic: str, cls: type[Record]) -> str:
-    rows = [f"| {n} | {name} | {_stored(hint)} | {_unit(name)} |" for n, (name, hint) in _numbered(cls)]
+    rows = [f"| {n} | {name} | {_stored(hint)} | {unit(name)} |" for n, (name, hint) in _numbered(cls)]
     head = ["| No. | Field | Type | Unit |", "|---:|---|---|---|"]
     return "\n".join([f"## `{topic}`: `{cls.__name__}`", "", inspect.getdoc(cls) or "", "", *head, *rows, ""])
 
@@ -42,9 +49,5 @@ def _stored(hint: Any) -> str:
     return STORED["tuple" if KINDS[hint].repeated else hint.__name__]
 
 
-def _unit(name: str) -> str:
-    return next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
-
-
 if __name__ == "__main__":
-    print(topics_markdown())
+    print(f"<!-- frames -->\n\n{frames_markdown()}\n<!-- topics -->\n\n{topics_markdown()}")

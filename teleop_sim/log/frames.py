@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from teleop_sim.core.errors import UnknownName
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -44,6 +46,19 @@ class Frames(ABC):
             LogDamaged: a record does not fit its schema.
 
         """
+
+    def columns(self, name: str) -> pd.DataFrame:
+        """What the columns of a frame are, such as of ``packets``: column, dtype, unit, meaning.
+
+        Raises:
+            UnknownName: there is no frame of that name.
+
+        """
+        from teleop_sim.log.meanings import EVERY_FRAME, describe
+
+        if name not in EVERY_FRAME:
+            raise UnknownName("frame", name, EVERY_FRAME)
+        return describe(name, getattr(self, name))
 
     @property
     @abstractmethod

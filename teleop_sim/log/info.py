@@ -76,6 +76,6 @@ def _topics(found: Scan) -> tuple[TopicInfo, ...]:
         own = notes[:, np.isin(notes[0], numbers)]
         if own.shape[1]:
             times_ns = own[1].view(np.uint64)
-            span = (int(times_ns.min()) * 1e-9, int(times_ns.max()) * 1e-9)
+            span = (int(times_ns.min()) / 1e9, int(times_ns.max()) / 1e9)
             made.append(TopicInfo(topic, own.shape[1], int(own[4].sum()), *span))
     return tuple(made)

@@ -107,7 +107,8 @@ class Log(Frames):
         """Time of the last record [s]."""
         if not self.interrupted:
             return float(self._ended["t_s"])
-        return max(int(block.times_ns.view(np.uint64).max()) for block in self._messages.blocks) * 1e-9
+        last_ns = (int(block.times_ns.view(np.uint64).max()) for block in self._messages.blocks)
+        return max(last_ns, default=0) / 1e9
 
     @cached_property
     def runs(self) -> pd.DataFrame:

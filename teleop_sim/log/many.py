@@ -22,7 +22,7 @@ from teleop_sim.log.frames import Frames
 from teleop_sim.log.gathering import BULK, Gathering, Member, find_logs
 from teleop_sim.log.load import Log, open_log
 from teleop_sim.log.loops import Longs
-from teleop_sim.log.store import Messages, records, table
+from teleop_sim.log.store import Messages, Table, misfits, records, table
 from teleop_sim.log.tidy import PARTS, tidy
 
 if TYPE_CHECKING:
@@ -62,13 +62,18 @@ class Logs(Frames):
 
     Attributes:
         members: the logs, in the order of their names.
-        problems: files that are no logs, and what is wrong with them; logs that a frame had to leave out.
 
     """
 
     members: tuple[Member, ...]
-    problems: tuple[Problem, ...]
+    _problems: tuple[Problem, ...] = field(repr=False)
     _messages: Messages = field(repr=False)
+    _left_out: dict[Problem, None] = field(default_factory=dict, repr=False)
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """Files that are no logs, and what is wrong with them; logs that a frame so far had to leave out."""
+        return (*self._problems, *self._left_out)
 
     def __len__(self) -> int:
         """How many logs there are."""
@@ -84,7 +89,7 @@ class Logs(Frames):
             raise UnknownName("topic", topic, tuple(sorted(RECORDS)))
         if topic in BULK:
             return self._concatenated([log.frame(topic) for log in self])
-        found = table(self._messages, topic, f"{len(self)} logs")
+        found, _ = self._table(topic)
         return self._labelled(tidy(topic, found.columns, found.times_ns), found.sources)
 
     @cached_property
@@ -94,14 +99,14 @@ class Logs(Frames):
         rows = []
         for source, member in enumerate(self.members):
             end = ended.get(source)
-            end_s = member.last_ns * 1e-9 if end is None else end["t_s"]
+            end_s = member.last_ns / 1e9 if end is None else end["t_s"]
             rows.append({**started.get(source, {}), **(end or {}), "interrupted": end is None, "end_s": end_s})
         return self._labelled(runs_frame(rows), np.arange(len(rows)))
 
     @cached_property
     def blackouts(self) -> pd.DataFrame:
         """One row a blackout: direction, start_s, end_s (NaN: still dark when the log ends), t, took."""
-        found = table(self._messages, "link/blackout", f"{len(self)} logs")
+        found, _ = self._table("link/blackout")
         return self._labelled(*blackout_frame(tidy("link/blackout", found.columns, found.times_ns), found.sources))
 
     @cached_property
@@ -116,11 +121,27 @@ class Logs(Frames):
 
     def _firsts(self, topic: str) -> dict[int, dict[str, Any]]:
         """Of each log that has one, its first record of a topic."""
-        sources = table(self._messages, topic, f"{len(self)} logs").sources.tolist()
+        found, messages = self._table(topic)
         made: dict[int, dict[str, Any]] = {}
-        for source, record in zip(sources, records(self._messages, f"{len(self)} logs", topic), strict=True):
+        for source, record in zip(found.sources.tolist(), records(messages, self._name, topic), strict=True):
             made.setdefault(source, vars(record))
         return made
+
+    @property
+    def _name(self) -> str:
+        return f"{len(self)} logs"
+
+    def _table(self, topic: str) -> tuple[Table, Messages]:
+        """One topic of all logs but those of which a record does not fit; these are a problem each."""
+        try:
+            return table(self._messages, topic, self._name), self._messages
+        except LogDamaged:
+            bad = misfits(self._messages, topic)
+        what = f"a record of {topic} does not fit its schema"
+        told = (Problem(str(self.members[n].path), what, "The log is left out of that frame.") for n in sorted(bad))
+        self._left_out.update(dict.fromkeys(told))
+        others = self._messages.without(bad)
+        return table(others, topic, self._name), others
 
     def _concatenated(self, frames: list[pd.DataFrame]) -> pd.DataFrame:
         import pandas as pd

@@ -187,7 +187,7 @@ class _Copy:
     def finish(self, out: Path) -> Rewritten:
         """End the file, and say what became of it."""
         self._file.finish()
-        last_s = None if self._last_ns is None else self._last_ns * 1e-9
+        last_s = None if self._last_ns is None else self._last_ns / 1e9
         counts = (self._messages, self._chunks, self._lost_chunks, self._lost_bytes, self._orphans)
         return Rewritten(out, *counts, last_s, self._ended)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -70,6 +70,12 @@ class Messages:
         """The kinds of a topic of which there are messages."""
         ours = (number for number, kind in enumerate(self.kinds) if kind.topic == topic)
         return [number for number in ours if any(len(rows[number]) for rows in self._sorted)]
+
+    def without(self, sources: set[int]) -> Messages:
+        """Those of other files."""
+        rows = [~np.isin(own, sorted(sources)) for own in self.sources]
+        blocks = (replace(block, notes=block.notes[:, kept]) for block, kept in zip(self.blocks, rows, strict=True))
+        return Messages(self.kinds, tuple(blocks), tuple(o[k] for o, k in zip(self.sources, rows, strict=True)))
 
     @cached_property
     def _sorted(self) -> tuple[tuple[Longs, ...], ...]:
@@ -143,6 +149,19 @@ def records(messages: Messages, where: str, topic: str | None = None) -> Iterato
                 yield kind.decode(block.data[start : start + size].tobytes())
             except (DecodeError, ValueError) as error:
                 raise LogDamaged(where, f"a record of {kind.topic} does not fit its schema") from error
+
+
+def misfits(messages: Messages, topic: str) -> set[int]:
+    """The files of which a record of a topic does not fit its schema."""
+    found: set[int] = set()
+    rows = messages.rows(messages.numbers(topic))
+    for block, sources, own in zip(messages.blocks, messages.sources, rows, strict=True):
+        for (number, _, _, start, size), source in zip(block.notes.T[own].tolist(), sources[own].tolist(), strict=True):
+            try:
+                messages.kinds[number].decode(block.data[start : start + size].tobytes())
+            except DecodeError:
+                found.add(source)
+    return found
 
 
 def _joined(parts: list[Longs]) -> Longs:

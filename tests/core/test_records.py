@@ -7,7 +7,7 @@ from typing import get_type_hints
 import pytest
 
 from teleop_sim.core.records import RECORDS, Record
-from teleop_sim.log.document import UNITS
+from teleop_sim.log.meanings import UNITS
 
 
 def fields(cls: type[Record]) -> dict[str, object]:
