@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,10 +94,14 @@ class Ragged:
 
     def tuples(self) -> list[tuple[float, ...]]:
         """The cells as tuples."""
-        ends = np.cumsum(self.counts)
-        parts = [s.data[a : a + n].tobytes() for s in self.stretches for a, n in zip(s.starts, s.sizes, strict=True)]
-        flat = np.frombuffer(b"".join(parts), dtype="<f8").tolist()
-        return [tuple(flat[end - count : end]) for end, count in zip(ends, self.counts, strict=True)]
+        made: list[tuple[float, ...]] = []
+        for part in self.stretches:
+            joined = np.empty(int(part.sizes.sum()), dtype=np.uint8)
+            offsets = np.zeros(len(part.starts) + 1, dtype=np.int32)
+            compiled(gather)(part.data, part.starts, part.sizes, joined, offsets)
+            flat = joined.view("<f8").tolist()
+            made += (tuple(flat[start:end]) for start, end in pairwise((offsets // 8).tolist()))
+        return made
 
 
 @dataclass(frozen=True)

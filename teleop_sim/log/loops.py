@@ -74,6 +74,40 @@ def _start() -> None:
         del modules[_LINEAR_ALGEBRA]
 
 
+def outline(data: Bytes, at: int, out: Longs) -> tuple[int, int, bool]:
+    """List a file's records that hold or declare messages, from a place on, to the footer or as many as there is room.
+
+    Args:
+        data: bytes of the file.
+        at: where to begin.
+        out: three rows, written: opcode, start and size of the content.
+
+    Returns:
+        how many are listed, where to go on (-1: no further), and whether the bytes are cut there.
+
+    """
+    n = 0
+    while at < len(data):
+        if len(data) - at < 9:
+            return n, -1, True
+        size = np.int64(0)
+        for k in range(8):
+            size |= np.int64(data[at + 1 + k]) << (8 * k)
+        if size < 0 or size > len(data) - at - 9:
+            return n, -1, True
+        if data[at] == 2:
+            return n, -1, False
+        if 3 <= data[at] <= 6:
+            if n == out.shape[1]:
+                return n, at, False
+            out[0, n] = data[at]
+            out[1, n] = at + 9
+            out[2, n] = size
+            n += 1
+        at += 9 + int(size)
+    return n, -1, False
+
+
 def walk(data: Bytes, at: int, ends: Longs, keys: Longs, out: Longs, n: int) -> tuple[int, int]:
     """Note the messages from ``at`` on, until the end or the first record that is no message of a known channel.
 

@@ -28,7 +28,7 @@ from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from teleop_sim.log.found import Block, Scan
-from teleop_sim.log.loops import MESSAGE_BYTES, PASSED_OVER, UNKNOWN, Bytes, Longs, compiled, gather, walk
+from teleop_sim.log.loops import MESSAGE_BYTES, PASSED_OVER, UNKNOWN, Bytes, Longs, compiled, gather, outline, walk
 from teleop_sim.log.unpack import claimed_bytes, unpack
 
 BLOCK_BYTES = 1 << 23  # assumed: chunks are unpacked together up to so much, which costs little and bounds what is lost
@@ -65,7 +65,7 @@ def scan(data: bytes | memoryview, wanted: Callable[[str], bool] = _all) -> Scan
         pool = closed.enter_context(ThreadPoolExecutor(workers)) if len(data) > _THREADS_FROM_BYTES else None
         walker = _Walker(found, wanted, pool)
         try:
-            for group in _grouped(records(memoryview(data), len(MAGIC))):
+            for group in _grouped(_outlined(memoryview(data))):
                 if group[0][0] == Opcode.CHUNK:
                     walker.take_chunks([content for _, content in group])
                 else:
@@ -97,7 +97,19 @@ def records(data: memoryview, at: int) -> Iterator[tuple[int, memoryview]]:
 
 
 _Record = tuple[int, memoryview]
-_LOOSE = frozenset({Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL})
+
+
+def _outlined(data: memoryview) -> Iterator[_Record]:
+    """As ``records`` of a file, but only those that hold or declare messages: an index is as good as no record."""
+    whole = np.frombuffer(data, dtype=np.uint8)
+    out = np.empty((3, 1 << 10), dtype=np.int64)
+    at, cut = len(MAGIC), False
+    while at >= 0:
+        n, at, cut = compiled(outline)(whole, at, out)
+        for opcode, start, size in out[:, :n].T.tolist():
+            yield opcode, data[start : start + size]
+    if cut:
+        raise Cut
 
 
 def _grouped(found: Iterator[_Record]) -> Iterator[list[_Record]]:
@@ -106,8 +118,6 @@ def _grouped(found: Iterator[_Record]) -> Iterator[list[_Record]]:
     size = 0
     try:
         for opcode, content in found:
-            if opcode != Opcode.CHUNK and opcode not in _LOOSE:
-                continue
             more = claimed_bytes(content) if opcode == Opcode.CHUNK else len(content)
             alike = bool(group) and (group[0][0] == Opcode.CHUNK) == (opcode == Opcode.CHUNK)
             if group and (not alike or size + more > BLOCK_BYTES):
