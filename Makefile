@@ -52,6 +52,7 @@ bench: setup
 	$(BIN)/python benchmarks/engine_rate.py
 	$(BIN)/python benchmarks/whole_run.py
 	$(BIN)/python benchmarks/sweep.py
+	$(BIN)/python benchmarks/load_rate.py
 	$(BIN)/python benchmarks/report_rate.py
 
 validate: setup

@@ -16,8 +16,8 @@ from teleop_sim.cli_errors import BAD_INPUT, DONE, errors_shown
 from teleop_sim.cli_io import say, warn
 from teleop_sim.cli_log import log_app
 from teleop_sim.cli_machines import machines_app
-from teleop_sim.cli_report import report
 from teleop_sim.cli_replay import replay
+from teleop_sim.cli_report import report
 from teleop_sim.cli_run import run
 from teleop_sim.cli_sweep import decide, sensitivity, sweep
 from teleop_sim.core.errors import TeleopError
