@@ -23,8 +23,9 @@ $(STAMP): pyproject.toml tests/log/node/package-lock.json
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,docs]'
 	@# the reader of logs that Foxglove and Lichtblick use, for a test
 	npm ci --prefix tests/log/node --ignore-scripts --no-audit --no-fund --silent || echo "no npm ci: a test needs it"
-	@# compile the control law once, so that no first run pays for it
+	@# compile the control law and what reads logs once, so that no first run pays for it
 	$(BIN)/python -m teleop_sim.robot.warm_up
+	$(BIN)/python -m teleop_sim.log.warm_up
 	touch $(STAMP)
 
 demo: setup
