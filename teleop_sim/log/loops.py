@@ -181,6 +181,8 @@ def decode(data: Bytes, starts: Longs, sizes: Longs, codes: Longs, cells: Longs,
                 shift += 7
                 if byte < 128:
                     break
+            if tag >> 32 != 0:
+                return i
             wire, number = tag & 7, tag >> 3
             code = codes[number] if number < len(codes) else 0
             kind, place = code & 7, code >> 3

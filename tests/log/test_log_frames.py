@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
@@ -175,6 +175,8 @@ PIECES = st.one_of(
 
 @settings(RELAXED, max_examples=150)
 @given(topic=st.sampled_from(sorted(RECORDS)), pieces=st.lists(PIECES, max_size=6))
+@example(topic="field/claim", pieces=[b"\x80\x80\x80\x80", b"\x10\x00"])  # a tag of 33 bits
+@example(topic="field/claim", pieces=[b"\xf8\xff\xff\xff\x0f\x00"])  # the greatest of 32
 def test_any_bytes_mean_what_protobuf_says_or_are_damage(tmp_path, topic, pieces):
     """Also bytes that no writer makes: fields twice, of the wrong kind, cut off, groups, overlong numbers."""
     schema = SCHEMAS[topic]
