@@ -68,8 +68,8 @@ def test_every_end_of_every_line_is_drawn(walk):
     assert set(re.findall(r'lhead="(cluster_\d+)"', dot)) <= clusters
 
 
-@pytest.mark.skipif(not can_draw(), reason="needs Graphviz's program dot")
 def test_graphviz_lays_it_out():
+    assert can_draw(), "this test needs Graphviz's program dot: apt install graphviz"
     assert drawn(visits_dot(DISH, SEEN), "svg").startswith(b"<?xml")
     with pytest.raises(BadInput, match="made no picture"):
         drawn("digraph {", "svg")
