@@ -7,7 +7,7 @@ from pathlib import Path
 
 from teleop_sim.log.load import load
 from teleop_sim.reports import run_head
-from teleop_sim.reports.formats.files import PAGE, Made, write_parts
+from teleop_sim.reports.formats.files import PAGE, Made, made_of, write_report
 from teleop_sim.reports.registry import RUN_PARTS
 from teleop_sim.reports.run_view import Run
 
@@ -33,21 +33,10 @@ def write_run(log_path: Path | str, out: Path | str | None = None, formats: Sequ
 
 def write_view(run: Run, out: Path | str | None = None, formats: Sequence[str] = (PAGE,)) -> list[Path]:
     """As ``write_run``, of a run that is loaded."""
-    made = run_parts(run)
+    made = made_of(RUN_PARTS, run)
     folder = run.log.path.parent if out is None else Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
     stem = run.log.path.name.removesuffix(".part").removesuffix(".mcap")
-    pages = []
-    if PAGE in formats:
-        pages.append(folder / f"{stem}.html")
-        pages[0].write_text(run_html(run, made), encoding="utf-8")
-    return [*pages, *write_parts(made, folder, stem, formats)]
-
-
-def run_parts(run: Run) -> list[Made]:
-    """The parts that apply to a run, in order."""
-    made = ((part, part.make(run)) for part in RUN_PARTS)
-    return [Made(part.name, part.title, content) for part, content in made if content is not None]
+    return write_report(made, folder, stem, formats, lambda: run_html(run, made))
 
 
 def run_html(run: Run, made: Sequence[Made]) -> str:

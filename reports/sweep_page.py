@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from teleop_sim.core.units import format_time
-from teleop_sim.reports.formats.files import PAGE, Made, write_parts
+from teleop_sim.reports.formats.files import Made, made_of, write_report
 from teleop_sim.reports.registry import SWEEP_PARTS
 from teleop_sim.reports.sweep_view import SweepRuns, bare
 
@@ -33,19 +33,8 @@ def write_sweep_view(sweep: SweepRuns, folder: Path, stem: str, formats: Sequenc
         OSError: a file cannot be written.
 
     """
-    made = sweep_parts(sweep)
-    folder.mkdir(parents=True, exist_ok=True)
-    pages = []
-    if PAGE in formats:
-        pages.append(folder / f"{stem}.html")
-        pages[0].write_text(sweep_html(sweep, made), encoding="utf-8")
-    return [*pages, *write_parts(made, folder, stem, formats)]
-
-
-def sweep_parts(sweep: SweepRuns) -> list[Made]:
-    """The parts that apply to a sweep, in order."""
-    made = ((part, part.make(sweep)) for part in SWEEP_PARTS)
-    return [Made(part.name, part.title, content) for part, content in made if content is not None]
+    made = made_of(SWEEP_PARTS, sweep)
+    return write_report(made, folder, stem, formats, lambda: sweep_html(sweep, made))
 
 
 def sweep_html(sweep: SweepRuns, made: Sequence[Made]) -> str:

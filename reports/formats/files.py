@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from teleop_sim.reports.formats import csv, latex, markdown, png, svg
-from teleop_sim.reports.parts import Content
+from teleop_sim.reports.parts import Content, Part
+
+T = TypeVar("T")
 
 PAGE = "html"
 """The format that shows all parts in one file (``formats/html.py``); each of the others writes a file a part."""
@@ -32,6 +35,31 @@ class Made:
     name: str
     title: str
     content: Content
+
+
+def made_of(parts: Iterable[Part[T]], subject: T) -> list[Made]:
+    """The parts that apply to a run or a sweep, in order."""
+    made = ((part, part.make(subject)) for part in parts)
+    return [Made(part.name, part.title, content) for part, content in made if content is not None]
+
+
+def write_report(
+    made: Sequence[Made], folder: Path, stem: str, formats: Sequence[str], page: Callable[[], str]
+) -> list[Path]:
+    """Write ``<stem>.html``, of what ``page`` gives, and the files of ``write_parts``, as ``formats`` ask for.
+
+    The folder is made if it is missing.
+
+    Raises:
+        OSError: a file cannot be written.
+
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    pages = []
+    if PAGE in formats:
+        pages.append(folder / f"{stem}.html")
+        pages[0].write_text(page(), encoding="utf-8")
+    return [*pages, *write_parts(made, folder, stem, formats)]
 
 
 def write_parts(made: Iterable[Made], folder: Path, stem: str, formats: Sequence[str]) -> list[Path]:

@@ -13,14 +13,12 @@ from itertools import count
 import numpy as np
 import pytest
 import simpy
-
-from teleop_sim.channel.link import Direction, DirectionSettings
-
-pytest.importorskip("ns", reason="ns.py is in the test extra")
 from ns.packet.packet import Packet
 from ns.port.port import Port
 from ns.port.wire import Wire
 from ns.scheduler.sp import SPServer
+
+from teleop_sim.channel.link import Direction, DirectionSettings
 
 CASES = 100
 PRIORITIES = 3

@@ -7,6 +7,7 @@ import zlib
 
 import numpy as np
 import pytest
+import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -108,7 +109,6 @@ def test_a_region_takes_about_the_bytes_of_the_trials(voxel_m, size_bytes):
 
 @pytest.mark.parametrize("voxel_m", [0.01, 0.02, 0.05])
 def test_deflate_does_as_well_as_zstandard(voxel_m):
-    zstandard = pytest.importorskip("zstandard")
     at = voxel_indices(console(np.random.default_rng(1)), voxel_m)
     octree = octree_bytes(at - at.min(axis=0), depth_of(at - at.min(axis=0)))
     # The reason for the choice, see voxels.py: 4 %.

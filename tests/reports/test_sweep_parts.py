@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from teleop_sim.reports.formats.files import made_of
 from teleop_sim.reports.parts import Chart
 from teleop_sim.reports.registry import SWEEP_PARTS
 from teleop_sim.reports.shares import SHARES
@@ -17,7 +18,7 @@ from teleop_sim.reports.sweep_cells import MOST_ROWS, cells, picked_runs
 from teleop_sim.reports.sweep_curves import MOST_POINTS, completion, probability
 from teleop_sim.reports.sweep_effects import effects
 from teleop_sim.reports.sweep_maps import decision, heat
-from teleop_sim.reports.sweep_page import facts, sweep_html, sweep_parts, verdict
+from teleop_sim.reports.sweep_page import facts, sweep_html, verdict
 from teleop_sim.reports.sweep_states import state_levels, states, times
 from teleop_sim.reports.sweep_survival import MOST_STEPS, drawn_steps, survival
 from teleop_sim.reports.sweep_where import where
@@ -395,7 +396,7 @@ SHAPES = {
 @pytest.mark.parametrize("shape", SHAPES)
 def test_any_shape_of_sweep_has_its_parts(made, shape: str):
     sweep = SHAPES[shape](made)
-    parts = sweep_parts(sweep)
+    parts = made_of(SWEEP_PARTS, sweep)
     assert "cells" in [part.name for part in parts]
     if not len(sweep.runs):
         assert all(part.name in ("cells", "states") for part in parts)
@@ -408,7 +409,7 @@ def test_any_shape_of_sweep_has_its_parts(made, shape: str):
 @pytest.mark.parametrize("shape", ["no run", "mixed"])
 def test_a_sweep_has_a_page(made, shape: str):
     sweep = SHAPES[shape](made)
-    page = sweep_html(sweep, sweep_parts(sweep))
+    page = sweep_html(sweep, made_of(SWEEP_PARTS, sweep))
     assert "<!doctype html>" in page
 
 
@@ -425,7 +426,7 @@ def test_the_head_says_how_far_it_is(made):
 
 def test_the_same_sweep_gives_the_same_bytes(made):
     axes = {"latency_s": DELAYS, "autonomy": ("off", "full")}
-    one, two = (sweep_parts(made(axes)) for _ in range(2))
+    one, two = (made_of(SWEEP_PARTS, made(axes)) for _ in range(2))
     for first, second in zip(one, two, strict=True):
         if isinstance(first.content, Chart):
             assert drawn(first.content, "svg") == drawn(second.content, "svg")
